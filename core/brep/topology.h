@@ -1,0 +1,137 @@
+// What the B-rep byte stream says, before any of it is turned into NURBS: curves, surfaces and the
+// graph of shapes, in flat vectors that refer to each other by index. Produced by core/brep/bintools,
+// consumed by core/nurbs/build_store. Lengths in mm, angles in radians. No field is trusted: the parser
+// guarantees that every index is in range and that counts agree, nothing about geometry.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace trimray::brep {
+
+enum class CurveKind : std::uint8_t {
+  kLine, kCircle, kEllipse, kParabola, kHyperbola, kBezier, kBspline, kTrimmed, kOffset
+};
+
+// A curve in space (Vec = dvec3) or in a surface's uv (Vec = dvec2).
+//   line      location + t * x_axis
+//   circle    location + r1 * (cos t * x_axis + sin t * y_axis)
+//   ellipse   location + r1 * cos t * x_axis + r2 * sin t * y_axis
+//   parabola  location + t^2 / (4 r1) * x_axis + t * y_axis               (r1 = focal length)
+//   hyperbola location + r1 * cosh t * x_axis + r2 * sinh t * y_axis
+//   trimmed   curves[basis] over [first, last]
+//   offset    curves[basis] moved by `offset` along (tangent x offset_direction), in 2D along the
+//             tangent turned by -90 degrees
+// y_axis carries the handedness of the frame in 2D.
+template <typename Vec>
+struct Curve {
+  CurveKind kind = CurveKind::kLine;
+  Vec location{0.0}, x_axis{0.0}, y_axis{0.0};
+  double r1 = 0.0, r2 = 0.0;
+  bool rational = false, periodic = false;
+  int degree = 0;
+  std::vector<Vec> poles;
+  std::vector<double> weights;          // empty unless rational
+  std::vector<double> knots;            // distinct values
+  std::vector<std::int32_t> multiplicities;
+  double first = 0.0, last = 0.0;       // trimmed only
+  double offset = 0.0;
+  Vec offset_direction{0.0};            // 3D only
+  std::int32_t basis = -1;              // trimmed, offset: index into the same vector, always smaller
+};
+using Curve2 = Curve<dvec2>;
+using Curve3 = Curve<dvec3>;
+
+enum class SurfaceKind : std::uint8_t {
+  kPlane, kCylinder, kCone, kSphere, kTorus, kExtrusion, kRevolution, kBezier, kBspline, kTrimmed, kOffset
+};
+
+// Frame: location, x_axis, y_axis, z_axis (unit; a left-handed frame is allowed).
+//   plane     location + u x + v y
+//   cylinder  location + r1 (cos u x + sin u y) + v z
+//   cone      location + (r1 + v sin a)(cos u x + sin u y) + v cos a z          (a = semi_angle)
+//   sphere    location + r1 cos v (cos u x + sin u y) + r1 sin v z
+//   torus     location + (r1 + r2 cos v)(cos u x + sin u y) + r2 sin v z
+//   extrusion curve3[basis_curve](u) + v z_axis
+//   revolution curve3[basis_curve](v) turned by u about (location, z_axis)
+//   trimmed   surfaces[basis] over [u0,u1]x[v0,v1]
+//   offset    surfaces[basis] moved by `offset` along its normal Su x Sv
+struct Surface {
+  SurfaceKind kind = SurfaceKind::kPlane;
+  dvec3 location{0.0}, x_axis{0.0}, y_axis{0.0}, z_axis{0.0};
+  double r1 = 0.0, r2 = 0.0, semi_angle = 0.0;
+  bool rational_u = false, rational_v = false, periodic_u = false, periodic_v = false;
+  int degree_u = 0, degree_v = 0;
+  std::int32_t count_u = 0, count_v = 0;  // poles; poles[iu * count_v + iv]
+  std::vector<dvec3> poles;
+  std::vector<double> weights;            // empty unless rational
+  std::vector<double> knots_u, knots_v;   // distinct values
+  std::vector<std::int32_t> multiplicities_u, multiplicities_v;
+  double u0 = 0.0, u1 = 0.0, v0 = 0.0, v1 = 0.0;  // trimmed only
+  double offset = 0.0;
+  std::int32_t basis = -1;        // trimmed, offset: index into surfaces, always smaller
+  std::int32_t basis_curve = -1;  // extrusion, revolution: index into curves3
+};
+
+enum class ShapeKind : std::uint8_t { kCompound, kCompSolid, kSolid, kShell, kFace, kWire, kEdge, kVertex };
+enum class Orientation : std::uint8_t { kForward, kReversed, kInternal, kExternal };
+
+// One use of a shape by its parent.
+struct ShapeUse {
+  std::int32_t shape = -1;     // index into Model::shapes
+  Orientation orientation = Orientation::kForward;
+  std::int32_t location = -1;  // index into Model::locations, -1 for the identity
+};
+
+// An edge's curve on one surface. On a seam both curves are set (curve2 for the reversed use).
+struct PCurve {
+  std::int32_t curve = -1, curve2 = -1;  // index into Model::curves2
+  std::int32_t surface = -1, location = -1;
+  double first = 0.0, last = 0.0;
+};
+
+struct VertexData {
+  dvec3 point{0.0};
+  double tolerance = 0.0;
+};
+
+struct EdgeData {
+  double tolerance = 0.0;
+  bool same_parameter = false, same_range = false, degenerated = false;
+  std::int32_t curve3 = -1, location = -1;  // the 3D curve, -1 when absent
+  double first = 0.0, last = 0.0;
+  std::vector<PCurve> pcurves;
+  // Smooth (tangent or better) across the two named surfaces, from the stream's regularity records.
+  bool smooth = false;
+};
+
+struct FaceData {
+  std::int32_t surface = -1, location = -1;  // surface -1: none (a tessellated face)
+  double tolerance = 0.0;
+  bool natural_restriction = false;
+  bool has_triangulation = false;
+};
+
+struct Shape {
+  ShapeKind kind = ShapeKind::kCompound;
+  std::int32_t data = -1;  // index into vertices, edges or faces, by kind; -1 for the others
+  bool closed = false;
+  std::vector<ShapeUse> children;
+};
+
+struct Model {
+  std::vector<Curve2> curves2;
+  std::vector<Curve3> curves3;
+  std::vector<Surface> surfaces;
+  std::vector<Transform> locations;
+  std::vector<VertexData> vertices;
+  std::vector<EdgeData> edges;
+  std::vector<FaceData> faces;
+  // In the order of the stream: shapes[i] is the importer's index i + 1. A shape's children stand at
+  // smaller positions (children first), so the graph has no cycles.
+  std::vector<Shape> shapes;
+};
+
+}  // namespace trimray::brep

@@ -1,0 +1,34 @@
+// Rays and what they meet.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/types.h"
+
+namespace trimray::trace {
+
+// dir has unit length inside the tracer; entry points divide by the caller's length and give t back in
+// multiples of it.
+struct Ray {
+  dvec3 org{0.0}, dir{0.0};
+  double tmin = 0.0, tmax = kInf;
+};
+
+// A crossing of a ray's line with the (extended) surface of one face.
+struct Root {
+  double t = 0.0;
+  dvec2 uv_face{0.0};
+  dvec3 normal{0.0};        // unit, outward: Su x Sv, turned if the face is reversed
+  std::int32_t face = kNoFace;
+  std::int8_t sign = 0;     // +1 where the line leaves through the face (dot(normal, dir) > 0), -1 where it enters
+  bool inside = false;      // by the p-curves
+};
+
+struct Hit {
+  double t = kInf;
+  std::int32_t face = kNoFace, instance = -1;
+  dvec2 uv_face{0.0};
+  dvec3 normal{0.0};        // outward, unit, in the world
+};
+
+}  // namespace trimray::trace

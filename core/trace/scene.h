@@ -1,0 +1,49 @@
+// A store made ready for rays: hierarchies, trim indices, edge rules. Immutable after construction;
+// every method may be called from many threads.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/nurbs/store.h"
+#include "core/trace/ray.h"
+
+namespace trimray::trace {
+
+// Counters of one call, for reports and tests (never milliseconds in tests).
+struct TraceStats {
+  std::uint64_t rays = 0, nodes = 0, leaves = 0, newton_steps = 0, certified = 0, fallbacks = 0,
+                trim_tests = 0, edge_rays = 0;
+};
+
+struct SceneStats {
+  std::int64_t bytes = 0, leaf_boxes = 0;
+  double build_seconds = 0.0;
+};
+
+class Scene {
+ public:
+  explicit Scene(std::shared_ptr<const nurbs::NurbsStore> store, int threads = 0);
+  Scene(Scene&&) noexcept;
+  ~Scene();
+
+  const nurbs::NurbsStore& store() const;
+  const SceneStats& stats() const;
+
+  // Nearest hits; out.size() == rays.size(). The same bytes for any number of threads and any grouping of
+  // the rays.
+  void cast(std::span<const Ray> rays, std::span<Hit> out, int threads = 0, TraceStats* stats = nullptr) const;
+
+  // Every hit of one ray in [tmin, tmax], sorted by t.
+  void cast_all(const Ray& ray, std::vector<Hit>& out) const;
+
+  // Crossings per ray in [tmin, tmax]: even on closed solids for rays that start outside.
+  void count_hits(std::span<const Ray> rays, std::span<std::int32_t> out, int threads = 0) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace trimray::trace
