@@ -1,0 +1,71 @@
+// Bezier patches of the faces that have no closed form, cut into leaves for the hierarchy, and the one kernel
+// that finds and polishes roots on them. Every path of the tracer (standard, later hybrid) uses this kernel.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/nurbs/store.h"
+#include "core/trace/ray.h"
+
+namespace trimray::trace {
+
+inline constexpr int kLanes = 8;  // doubles in one AVX-512 register; narrower targets take several passes
+
+// A part of one Bezier patch small enough that most rays meet it at most once. Boxes are conservative:
+// control hull of the sub-patch, the offset where there is one, and rounding. Neighbouring leaves overlap
+// slightly in uv so that no root falls between them; leaves at the rim of a face reach beyond its uv_box
+// by at least the largest band of the face's edges, so that a root just outside the trim is still found.
+struct PatchLeaf {
+  Box3 box;
+  Box2 uv_face;               // the part of the surface it answers for
+  std::int32_t face = kNoFace;
+  std::int32_t patch = -1;    // internal to PatchSet
+  std::int32_t sub = -1;      // internal to PatchSet
+};
+
+// One ray a lane, structure of arrays; inactive lanes may hold anything finite.
+struct RayLanes {
+  alignas(64) double org_x[kLanes], org_y[kLanes], org_z[kLanes];
+  alignas(64) double dir_x[kLanes], dir_y[kLanes], dir_z[kLanes];  // unit
+  std::uint32_t active = 0;  // bit i: lane i
+};
+
+// What solve() is certain of, a bit a lane. Lanes of `active` in neither mask are not decided: all_roots().
+struct RootLanes {
+  alignas(64) double t[kLanes], u[kLanes], v[kLanes];  // valid where one; u, v are uv_face
+  alignas(64) double normal_x[kLanes], normal_y[kLanes], normal_z[kLanes];  // Su x Sv, unit, not yet turned outward
+  std::uint32_t one = 0;   // exactly one root on this leaf, polished
+  std::uint32_t none = 0;  // certainly no root on this leaf
+  std::uint32_t steps = 0;  // Newton steps taken, for the counters
+};
+
+class PatchSet {
+ public:
+  // Patches of all faces of one prototype that need them: kExtrusion, kRevolution, kBezier, kBspline, kOffset.
+  // margin_mm[face - prototype.faces.begin]: how far, in mm, leaves must reach beyond the face's uv_box.
+  PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm, int threads = 0);
+  PatchSet(PatchSet&&) noexcept;
+  ~PatchSet();
+
+  std::span<const PatchLeaf> leaves() const;
+  std::int64_t bytes() const;
+
+  // SIMD: rays against one leaf, on the whole line (no t limits). A root is reported by polish() from its
+  // last Newton step, so the same root found through a neighbouring leaf or from another seed has the same bits.
+  void solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const;
+
+  // Scalar, certain, for the lanes that solve() leaves open: appends every root of the line on the leaf
+  // (Bezier clipping on the distance net, Nishita 1990, with subdivision; offsets by interval subdivision), each
+  // polished. Two roots closer than rounding can tell (a tangent ray) are dropped together.
+  // Sets t, uv_face, normal (outward), face and sign; leaves inside false.
+  void all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace trimray::trace
