@@ -1,0 +1,140 @@
+"""Who may import whom (docs/architecture.md): anything not listed here is forbidden."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# Folder of core/ -> what its files may include from core/, as prefixes.
+CORE_RULES: dict[str, tuple[str, ...]] = {
+    "base": ("core/base/",),
+    "brep": ("core/base/", "core/brep/"),
+    "nurbs": ("core/base/", "core/brep/", "core/nurbs/"),
+    "view": ("core/base/", "core/view/"),
+    "trace": ("core/base/", "core/nurbs/", "core/view/", "core/trace/"),
+    "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
+    "bind": ("core/",),
+}
+
+# Libraries that only some folders may name.
+LIBRARY_RULES: dict[str, tuple[str, ...]] = {
+    "tbb/": ("base",),
+    "hwy/": ("base", "trace"),
+    "nanobind/": ("bind",),
+    "Python.h": ("bind",),
+}
+
+# Python folder -> third-party and project modules that it may import.
+PYTHON_RULES: dict[str, tuple[str, ...]] = {
+    "importer": ("numpy", "OCP", "trimray.importer"),
+    "api": ("numpy", "OpenImageIO", "trimray", "trimray.importer"),
+    "cli": ("click", "rich", "numpy", "trimray"),
+}
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+
+
+def _core_files() -> list[Path]:
+    return sorted(p for p in (ROOT / "core").rglob("*") if p.suffix in (".h", ".cpp"))
+
+
+def _includes(path: Path) -> list[str]:
+    return _INCLUDE.findall(path.read_text(encoding="utf-8"))
+
+
+def test_there_is_something_to_check() -> None:
+    assert len(_core_files()) > 10
+    assert {p.parent.name for p in _core_files()} >= set(CORE_RULES)
+
+
+@pytest.mark.parametrize("folder", sorted(CORE_RULES))
+def test_core_includes_only_what_its_folder_may_use(folder: str) -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in _core_files()
+        if path.parent.name == folder
+        for name in _includes(path)
+        if name.startswith(("core/", "raster/")) and not name.startswith(CORE_RULES[folder])
+    ]
+    assert wrong == []
+
+
+def test_libraries_stay_where_they_belong() -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in _core_files()
+        for name in _includes(path)
+        for library, folders in LIBRARY_RULES.items()
+        if name.startswith(library) and path.parent.name not in folders
+    ]
+    assert wrong == []
+
+
+def test_no_opencascade_header_in_core() -> None:
+    opencascade = re.compile(r"^(BRep|Geom|Top|TopoDS|gp_|Standard_|BinTools_)\w*\.hxx$")
+    wrong = [str(p) for p in _core_files() for name in _includes(p) if opencascade.match(name)]
+    assert wrong == []
+
+
+def _imports(path: Path, package: str) -> set[str]:
+    """Absolute dotted names of everything the file imports, relative imports resolved."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parents = package.split(".")
+                parents = parents[: len(parents) - (node.level - 1)]
+                base = ".".join([*parents, base]).rstrip(".")
+                found |= {f"{base}.{alias.name}" for alias in node.names}
+            else:
+                found.add(base)
+    return found
+
+
+@pytest.mark.parametrize("folder", sorted(PYTHON_RULES))
+def test_python_imports_only_what_its_folder_may_use(folder: str) -> None:
+    package = "trimray" if folder == "api" else f"trimray.{folder}"
+    allowed = (*PYTHON_RULES[folder], package)
+    wrong = []
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        for name in _imports(path, package):
+            top = name.split(".")[0]
+            if top in sys.stdlib_module_names:
+                continue
+            inside = any(name == a or name.startswith(f"{a}.") for a in allowed)
+            if not inside:
+                wrong.append(f"{path.relative_to(ROOT)} imports {name}")
+    assert wrong == []
+
+
+def test_only_the_importer_knows_opencascade_and_only_image_io_knows_openimageio() -> None:
+    wrong = []
+    for folder in ("importer", "api", "cli"):
+        for path in (ROOT / folder).rglob("*.py"):
+            package = "trimray" if folder == "api" else f"trimray.{folder}"
+            for name in _imports(path, package):
+                top = name.split(".")[0]
+                if top == "OCP" and folder != "importer":
+                    wrong.append(f"{path} imports {name}")
+                if top == "OpenImageIO" and path.name != "image_io.py":
+                    wrong.append(f"{path} imports {name}")
+    assert wrong == []
+
+
+def test_the_command_line_uses_the_public_package_only() -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in sorted((ROOT / "cli").rglob("*.py"))
+        for name in _imports(path, "trimray.cli")
+        if name.startswith(("trimray.importer", "trimray._core"))
+    ]
+    assert wrong == []
