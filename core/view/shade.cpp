@@ -1,0 +1,65 @@
+#include "core/view/shade.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trimray::view {
+
+double linear_from_srgb(double x) {
+  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+}
+
+double srgb_from_linear(double x) {
+  if (!(x > 0.0)) return 0.0;
+  if (x >= 1.0) return 1.0;
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
+}
+
+Color linear_color(const float srgb[4]) {
+  const auto channel = [](float x) { return linear_from_srgb(std::clamp(static_cast<double>(x), 0.0, 1.0)); };
+  return {{channel(srgb[0]), channel(srgb[1]), channel(srgb[2])}, std::clamp(static_cast<double>(srgb[3]), 0.0, 1.0)};
+}
+
+Lighting::Lighting(const dvec3& right, const dvec3& up_axis, const dvec3& forward)
+    : key(glm::normalize(-0.55 * right + 0.75 * up_axis - 0.60 * forward)),
+      fill(glm::normalize(0.85 * right + 0.15 * up_axis - 0.45 * forward)),
+      up(up_axis) {}
+
+namespace {
+
+// Shares of the lights in the light that a white surface sends back; chosen on pictures of grey parts so that
+// the three visible sides of a box differ clearly and none of them reaches white.
+constexpr double kHeadlight = 0.34, kKey = 0.46, kFill = 0.12, kSurroundings = 0.10;
+constexpr double kSpecular = 0.05, kShininess = 24.0;
+constexpr dvec3 kInnerTint{0.85, 0.18, 0.35};  // linear; a colour that no metal has
+
+// Lambert's cosine for a lamp so wide that it still shows at `wrap` beyond the horizon.
+double soft(double cosine, double wrap) {
+  const double x = std::max(0.0, (cosine + wrap) / (1.0 + wrap));
+  return x * x;
+}
+
+}  // namespace
+
+dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base, bool orientation) {
+  const bool inner = glm::dot(normal, dir) > 0.0;
+  const dvec3 n = inner ? -normal : normal;
+  const double facing = std::clamp(-glm::dot(n, dir), 0.0, 1.0);
+  double light = kHeadlight * facing;
+  light += kKey * soft(glm::dot(n, lighting.key), 0.5);
+  light += kFill * soft(glm::dot(n, lighting.fill), 0.5);
+  light += kSurroundings * (0.65 + 0.35 * glm::dot(n, lighting.up));
+  const dvec3 halfway = glm::normalize(lighting.key - dir);
+  const double gloss = kSpecular * std::pow(std::max(0.0, glm::dot(n, halfway)), kShininess);
+  const dvec3 albedo = inner && orientation ? glm::mix(base, kInnerTint, 0.85) : base;
+  return glm::clamp(albedo * light + dvec3(gloss), dvec3(0.0), dvec3(1.0));
+}
+
+Color Background::at(double height) const {
+  const float w = static_cast<float>(std::clamp(height, 0.0, 1.0));
+  float mixed[4];
+  for (int i = 0; i < 4; ++i) mixed[i] = (1.0f - w) * top[i] + w * bottom[i];
+  return linear_color(mixed);
+}
+
+}  // namespace trimray::view
