@@ -63,7 +63,7 @@ def free_patch() -> cq.Shape:
 
 
 def _loft(inset: float) -> cq.Workplane:
-    """A duct that runs from a rectangle through an ellipse to a circle; `inset` mm smaller all round."""
+    """A duct from a rectangle through an ellipse to a circle, `inset` mm smaller all round."""
     duct = cq.Workplane("XY").rect(40 - 2 * inset, 24 - 2 * inset)
     duct = duct.workplane(offset=30).center(6, 0).ellipse(15 - inset, 11 - inset)
     return duct.workplane(offset=30).center(8, 0).circle(9 - inset).loft(ruled=False)

@@ -1,8 +1,7 @@
 """Makes every model of this folder with cadquery: `python samples/make_samples.py [NAME ...]`.
 
-The files are committed, so that nobody needs cadquery to use them; run this again only to change them.
-Each function returns a shape or an Assembly, and its decorator says in which files it is kept. What each
-exercises stands in README.md beside this script.
+The files are committed, so that nobody needs cadquery to use them; run this again only to change
+them. FILES says which function makes which file; what each exercises stands in README.md.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ FILES: dict[str, Callable[[], Model]] = {
 
 
 def _settle_header(path: Path) -> None:
-    """Replaces time stamps and paths in the file's header, so that making it again gives the same bytes."""
+    """Gives the file's header a fixed time stamp."""
     text = path.read_text(encoding="utf-8", errors="surrogateescape")
     if path.suffix == ".step":
         text = re.sub(r"'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d'", "'2026-01-01T00:00:00'", text)
