@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <span>
 
+#include "core/base/error.h"
 #include "core/brep/topology.h"
 
 namespace trimray::brep {

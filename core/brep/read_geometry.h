@@ -9,14 +9,6 @@
 
 namespace trimray::brep {
 
-// Deepest chain of trimmed and offset curves or surfaces; OpenCascade itself never writes more than 3.
-inline constexpr int kMaxBasisDepth = 16;
-// OpenCascade's own limit; no curve or surface of a higher degree can be constructed there.
-inline constexpr int kMaxDegree = 25;
-
-// Longest way from a shape down to a vertex, so that a recursive walk of the graph is safe.
-inline constexpr int kMaxShapeDepth = 256;
-
 // The stream numbers top-level entries only, while a Model also holds the basis curves and surfaces
 // nested in them: entry k of the stream is element table[k] of the Model.
 struct StreamTables {

@@ -1,7 +1,14 @@
 // What the B-rep byte stream says, before any of it is turned into NURBS: curves, surfaces and the
 // graph of shapes, in flat vectors that refer to each other by index. Produced by core/brep/bintools,
-// consumed by core/nurbs/build_store. Lengths in mm, angles in radians. No field is trusted: the parser
-// guarantees that every index is in range and that counts agree, nothing about geometry.
+// consumed by core/nurbs/build_store. Lengths in mm, angles in radians. No field is trusted.
+//
+// What the parser guarantees, and nothing else (reals may be NaN, knots unsorted, weights negative):
+//   - every index is in range, and a basis has a smaller index than what is made of it, at most
+//     kMaxBasisDepth levels deep;
+//   - degrees are in [1, kMaxDegree], there are at least 2 knots with multiplicities in [1, degree + 1],
+//     and poles, weights, knots and multiplicities agree in number (periodic or not);
+//   - shapes have children of the kinds that OpenCascade allows (a wire has edges, a shell faces, ...),
+//     all at smaller positions, and no way from a shape down to a vertex is longer than kMaxShapeDepth.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +17,13 @@
 #include "core/base/types.h"
 
 namespace trimray::brep {
+
+// OpenCascade constructs no curve or surface of a higher degree.
+inline constexpr int kMaxDegree = 25;
+// OpenCascade itself never nests trimmed and offset curves or surfaces deeper than 3.
+inline constexpr int kMaxBasisDepth = 16;
+// So that a recursive walk of the graph is safe.
+inline constexpr int kMaxShapeDepth = 256;
 
 enum class CurveKind : std::uint8_t {
   kLine, kCircle, kEllipse, kParabola, kHyperbola, kBezier, kBspline, kTrimmed, kOffset
@@ -22,6 +36,7 @@ enum class CurveKind : std::uint8_t {
 //   parabola  location + t^2 / (4 r1) * x_axis + t * y_axis               (r1 = focal length)
 //   hyperbola location + r1 * cosh t * x_axis + r2 * sinh t * y_axis
 //   trimmed   curves[basis] over [first, last]
+//   bezier    a spline with the knots 0 and 1; periodic splines have sum(multiplicities) - last poles
 //   offset    curves[basis] moved by `offset` along (tangent x offset_direction), in 2D along the
 //             tangent turned by -90 degrees
 // y_axis carries the handedness of the frame in 2D.
@@ -56,6 +71,7 @@ enum class SurfaceKind : std::uint8_t {
 //   torus     location + (r1 + r2 cos v)(cos u x + sin u y) + r2 sin v z
 //   extrusion curve3[basis_curve](u) + v z_axis
 //   revolution curve3[basis_curve](v) turned by u about (location, z_axis)
+//   bezier    a spline with the knots 0 and 1 in both directions
 //   trimmed   surfaces[basis] over [u0,u1]x[v0,v1]
 //   offset    surfaces[basis] moved by `offset` along its normal Su x Sv
 struct Surface {
@@ -103,7 +119,8 @@ struct EdgeData {
   std::int32_t curve3 = -1, location = -1;  // the 3D curve, -1 when absent
   double first = 0.0, last = 0.0;
   std::vector<PCurve> pcurves;
-  // Smooth (tangent or better) across the two named surfaces, from the stream's regularity records.
+  // Smooth (tangent or better) by the stream's regularity records, of a seam or between two surfaces;
+  // a single record that says sharp wins.
   bool smooth = false;
 };
 
