@@ -1,0 +1,124 @@
+"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|sheet`. Prints tables."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import trimray
+
+from . import closed_forms, contact_sheet, opencascade, parity, reference
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def _models(args: argparse.Namespace) -> list[Path]:
+    folder = Path(os.environ.get("TRIMRAY_MODELS", ROOT.parent / "shared" / "models"))
+    files = [*contact_sheet.models_in(ROOT / "samples")]
+    if folder.is_dir():
+        files += contact_sheet.models_in(folder)
+    return [f for f in files if args.only in str(f)]
+
+
+def _loaded(args: argparse.Namespace) -> Iterator[tuple[str, trimray.Model]]:
+    for file in _models(args):
+        try:
+            yield file.name, trimray.load(file)
+        except trimray.Error as error:
+            print(f"{file.name:44} {error}")
+
+
+def run_closed_forms(args: argparse.Namespace) -> int:
+    print(f"{'scene':24} {'rays':>9} {'wrong':>6} {'worst |dt|':>12}")
+    wrong = 0
+    for scene in closed_forms.scenes():
+        if args.only in scene.name:
+            n = args.rays if "torus" not in scene.name else min(args.rays, 24)  # the judge is slow there
+            r = closed_forms.check(scene, n, args.mode)
+            wrong += r.wrong
+            print(f"{r.name:24} {r.rays:9} {r.wrong:6} {r.worst:12.2e}", flush=True)
+    return wrong
+
+
+def run_reference(args: argparse.Namespace) -> int:
+    print(f"{'model':44} {'rays':>7} {'hits':>7} {'knife':>6} {'coinc.':>6} {'unexplained':>11} {'s':>6}")
+    wrong = 0
+    for name, model in _loaded(args):
+        start = time.perf_counter()
+        r = reference.check(model, args.rays)
+        wrong += len(r.unexplained)
+        print(
+            f"{name:44} {r.rays:7} {r.hits:7} {r.knife_edge:6} {r.coincident:6} "
+            f"{len(r.unexplained):11} {time.perf_counter() - start:6.1f}",
+            flush=True,
+        )
+        for line in r.unexplained[: args.show]:
+            print("   ", line)
+    return wrong
+
+
+def run_parity(args: argparse.Namespace) -> int:
+    print(f"{'model':44} {'solids':>6} {'rays':>9} {'odd':>5}")
+    total = odd = 0
+    for name, model in _loaded(args):
+        r = parity.check(model, args.rays)
+        total, odd = total + r.rays, odd + r.odd
+        note = "" if r.solids else "  (not closed)"
+        print(f"{name:44} {r.solids:6} {r.rays:9} {r.odd:5}{note}", flush=True)
+    print(f"{'all':44} {'':6} {total:9} {odd:5}")
+    return odd
+
+
+def run_opencascade(args: argparse.Namespace) -> int:
+    wrong = 0
+    for file in _models(args):
+        if file.suffix.lower() not in (".step", ".stp", ".igs", ".iges"):
+            continue
+        try:
+            classes = opencascade.check(file, args.rays)
+        except trimray.Error as error:
+            print(f"{file.name:44} {error}")
+            continue
+        wrong += classes["ours wrong"]
+        print(f"{file.name:44}", dict(classes), flush=True)
+    return wrong
+
+
+def run_sheet(args: argparse.Namespace) -> int:
+    out = Path(args.output)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    for file, why in contact_sheet.make(_models(args), out):
+        print(f"{file.name:44} {why}")
+    print(f"The sheet is in {out}")
+    return 0
+
+
+COMMANDS = {
+    "closed-forms": (run_closed_forms, 64, "first hits against closed forms"),
+    "reference": (run_reference, 40, "the fast tracer against the reference tracer"),
+    "parity": (run_parity, 2, "even counts on closed solids"),
+    "opencascade": (run_opencascade, 40, "against OpenCascade's ray caster"),
+    "sheet": (run_sheet, 0, "a contact sheet of all models"),
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="scripts/verify", description=__doc__)
+    sub = parser.add_subparsers(dest="command", required=True)
+    for name, (_, rays, text) in COMMANDS.items():
+        p = sub.add_parser(name, help=text)
+        p.add_argument("--rays", type=int, default=rays, help="rays per view side, view or target")
+        p.add_argument("--only", default="", help="models or scenes whose name holds this")
+        p.add_argument("--mode", default="standard", choices=("standard", "reference"))
+        p.add_argument("--show", type=int, default=3, help="unexplained rays to print per model")
+        p.add_argument("--output", default="out/sheet.png")
+    args = parser.parse_args()
+    return 1 if COMMANDS[args.command][0](args) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
