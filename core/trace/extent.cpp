@@ -1,0 +1,310 @@
+#include "core/trace/extent.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <tuple>
+
+#include "core/base/parallel.h"
+#include "core/nurbs/surface.h"
+#include "core/nurbs/trim.h"
+
+namespace trimray::trace {
+
+namespace {
+
+using nurbs::Face;
+using nurbs::NurbsStore;
+using nurbs::SurfaceKind;
+
+constexpr int kDirections = 256;
+constexpr int kCurveSteps = 8;      // per Bezier piece of an edge
+constexpr int kMaxGridSteps = 40;   // per direction of a face
+
+// Samples of one edge piece or of one face's inside; the neighbours of a sample are at most `gap` away.
+struct Samples {
+  std::vector<dvec3> points;
+  std::vector<dvec2> uv;  // faces only
+  Box3 box;
+  double gap = 0.0;
+  std::int32_t face = kNoFace, piece = -1;  // one of the two
+  dvec2 step{0.0};                          // faces only: of the grid
+};
+
+dvec3 curve_point(const NurbsStore& store, const nurbs::CurvePiece& piece, double t) {
+  dvec4 net[32];  // degree <= 25 in OpenCascade
+  const int count = std::min<int>(piece.ctrl.size(), 32);
+  std::copy_n(&store.edge_ctrl_h[piece.ctrl.begin], count, net);
+  for (int level = count - 1; level > 0; --level) {
+    for (int i = 0; i < level; ++i) net[i] = (1.0 - t) * net[i] + t * net[i + 1];
+  }
+  return dvec3(net[0].x, net[0].y, net[0].z) / net[0].w;
+}
+
+Samples sample_piece(const NurbsStore& store, std::int32_t index) {
+  const nurbs::CurvePiece& piece = store.edge_pieces[index];
+  Samples s;
+  s.piece = index;
+  const int steps = piece.ctrl.size() <= 2 ? 1 : kCurveSteps;
+  for (int i = 0; i <= steps; ++i) s.points.push_back(curve_point(store, piece, static_cast<double>(i) / steps));
+  for (std::size_t i = 1; i < s.points.size(); ++i) s.gap = std::max(s.gap, glm::distance(s.points[i - 1], s.points[i]));
+  return s;
+}
+
+// Only a surface that bends both ways can reach beyond the boundary of its face.
+bool bulges(const NurbsStore& store, const Face& face) {
+  switch (store.surfaces[face.surface].kind) {
+    case SurfaceKind::kPlane:
+    case SurfaceKind::kCylinder:
+    case SurfaceKind::kCone:
+    case SurfaceKind::kExtrusion: return face.loops.size() == 0;
+    default: return true;
+  }
+}
+
+// Steps between a and b that respect the knots, as many as the degree asks for.
+std::vector<double> grid_line(const NurbsStore& store, const nurbs::Range& knots, int degree, double a, double b) {
+  std::vector<double> stops{a};
+  for (std::int32_t i = knots.begin; i < knots.end; ++i) {
+    const double k = store.knots[i];
+    if (k > stops.back() && k < b) stops.push_back(k);
+  }
+  stops.push_back(b);
+  const int spans = static_cast<int>(stops.size()) - 1;
+  const int per_span = std::max(1, std::min(std::max(degree, 2) + 1, kMaxGridSteps / spans));
+  const int stride = std::max(1, spans / kMaxGridSteps);
+  std::vector<double> line;
+  for (int i = 0; i < spans; i += stride) {
+    const double lower = stops[i], upper = stops[std::min(i + stride, spans)];
+    for (int j = 0; j < per_span; ++j) line.push_back(lower + (upper - lower) * j / per_span);
+  }
+  line.push_back(b);
+  return line;
+}
+
+bool inside(const nurbs::TrimIndex& trims, const NurbsStore& store, std::int32_t face, const dvec2& uv) {
+  const Face& f = store.faces[face];
+  if (!f.uv_box.contains(uv)) return false;
+  return f.iso_rectangle || f.loops.size() == 0 || trims.inside(face, uv);
+}
+
+Samples sample_face(const NurbsStore& store, const nurbs::TrimIndex& trims, std::int32_t index) {
+  const Face& face = store.faces[index];
+  const nurbs::Surface& surface = store.surfaces[face.surface];
+  Samples s;
+  s.face = index;
+  if (face.uv_box.empty() || !std::isfinite(face.uv_box.diagonal())) return s;
+  const auto us = grid_line(store, surface.knots_u, surface.degree_u, face.uv_box.lower.x, face.uv_box.upper.x);
+  const auto vs = grid_line(store, surface.knots_v, surface.degree_v, face.uv_box.lower.y, face.uv_box.upper.y);
+  for (std::size_t i = 1; i < us.size(); ++i) s.step.x = std::max(s.step.x, us[i] - us[i - 1]);
+  for (std::size_t i = 1; i < vs.size(); ++i) s.step.y = std::max(s.step.y, vs[i] - vs[i - 1]);
+  std::vector<dvec3> row(vs.size()), previous;
+  for (std::size_t i = 0; i < us.size(); ++i) {
+    for (std::size_t j = 0; j < vs.size(); ++j) {
+      row[j] = nurbs::evaluate(store, surface, {us[i], vs[j]}).p;
+      if (!std::isfinite(row[j].x + row[j].y + row[j].z)) {
+        s.points.clear(), s.uv.clear();
+        return s;
+      }
+      if (j > 0) s.gap = std::max(s.gap, glm::distance(row[j], row[j - 1]));
+      if (i > 0) s.gap = std::max(s.gap, glm::distance(row[j], previous[j]));
+      if (!inside(trims, store, index, {us[i], vs[j]})) continue;
+      s.points.push_back(row[j]), s.uv.push_back({us[i], vs[j]});
+    }
+    previous = row;
+  }
+  return s;
+}
+
+// Largest d . C(t) near the sample number i of a piece: golden section, exact to rounding in the value.
+dvec3 polish_piece(const NurbsStore& store, const Samples& s, std::size_t i, const dvec3& d) {
+  const nurbs::CurvePiece& piece = store.edge_pieces[s.piece];
+  const double steps = static_cast<double>(s.points.size() - 1);
+  double a = std::max(0.0, (static_cast<double>(i) - 1.0) / steps), b = std::min(1.0, (static_cast<double>(i) + 1.0) / steps);
+  constexpr double kGolden = std::numbers::phi - 1.0;
+  const auto value = [&](double t) { return glm::dot(d, curve_point(store, piece, t)); };
+  double x = b - kGolden * (b - a), y = a + kGolden * (b - a), fx = value(x), fy = value(y);
+  for (int k = 0; k < 48; ++k) {
+    if (fx > fy) b = y, y = x, fy = fx, x = b - kGolden * (b - a), fx = value(x);
+    else a = x, x = y, fx = fy, y = a + kGolden * (b - a), fy = value(y);
+  }
+  const dvec3 p = curve_point(store, piece, 0.5 * (a + b));
+  return glm::dot(d, p) > glm::dot(d, s.points[i]) ? p : s.points[i];
+}
+
+// Newton for the zero of the gradient of d . S, its Hessian by differences of the exact gradient. The result
+// counts only where it lies inside the trim: elsewhere the maximum is on an edge.
+dvec3 polish_face(const NurbsStore& store, const nurbs::TrimIndex& trims, const Samples& s, std::size_t i, const dvec3& d) {
+  const nurbs::Surface& surface = store.surfaces[store.faces[s.face].surface];
+  const auto gradient = [&](const dvec2& at) {
+    const nurbs::SurfacePoint p = nurbs::evaluate(store, surface, at);
+    return dvec2(glm::dot(d, p.du), glm::dot(d, p.dv));
+  };
+  dvec2 uv = s.uv[i];
+  const dvec2 h = 1e-5 * s.step;
+  dvec3 best = s.points[i];
+  for (int k = 0; k < 12; ++k) {
+    const dvec2 g = gradient(uv);
+    const dvec2 gu = (gradient(uv + dvec2(h.x, 0)) - gradient(uv - dvec2(h.x, 0))) / (2.0 * h.x);
+    const dvec2 gv = (gradient(uv + dvec2(0, h.y)) - gradient(uv - dvec2(0, h.y))) / (2.0 * h.y);
+    const double mixed = 0.5 * (gu.y + gv.x), det = gu.x * gv.y - mixed * mixed;
+    dvec2 move(-(gv.y * g.x - mixed * g.y) / det, -(gu.x * g.y - mixed * g.x) / det);
+    // Where the surface does not curve down in both directions, Newton would climb to a saddle: go uphill.
+    if (!(det > 0.0 && gu.x < 0.0)) move = glm::sign(g) * 0.25 * s.step;
+    move = glm::clamp(move, -s.step, s.step);
+    if (!std::isfinite(move.x + move.y)) break;
+    uv += move;
+    if (!inside(trims, store, s.face, uv)) break;
+    const dvec3 p = nurbs::evaluate(store, surface, uv).p;
+    if (glm::dot(d, p) > glm::dot(d, best)) best = p;
+    if (glm::all(glm::lessThan(glm::abs(move), 1e-9 * s.step))) break;
+  }
+  return best;
+}
+
+// A prototype as its samples. farthest() answers in the prototype's coordinates; d need not be of unit length.
+class Outline {
+ public:
+  Outline(const NurbsStore& store, const nurbs::TrimIndex& trims, std::int32_t prototype, int threads)
+      : store_(store), trims_(trims) {
+    const nurbs::Prototype& p = store.prototypes[prototype];
+    std::vector<std::int32_t> pieces, faces;
+    for (std::int32_t e = p.edges.begin; e < p.edges.end; ++e) {
+      if (!used(store.edges[e])) continue;
+      for (std::int32_t i = store.edges[e].pieces.begin; i < store.edges[e].pieces.end; ++i) pieces.push_back(i);
+    }
+    for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
+      if (store.faces[f].status == nurbs::FaceStatus::kOk && bulges(store, store.faces[f])) faces.push_back(f);
+    }
+    samples_.resize(pieces.size() + faces.size());
+    parallel_ranges(samples_.size(), 16, threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        samples_[i] = i < pieces.size() ? sample_piece(store, pieces[i]) : sample_face(store, trims, faces[i - pieces.size()]);
+        for (const dvec3& point : samples_[i].points) samples_[i].box.add(point);
+      }
+    });
+    std::erase_if(samples_, [](const Samples& s) { return s.points.empty(); });
+  }
+
+  bool empty() const { return samples_.empty(); }
+
+  // The farthest sample, not polished.
+  dvec3 far_sample(const dvec3& d) const {
+    double most = -kInf;
+    dvec3 best(0.0);
+    for (const Samples& s : samples_) {
+      if (reach(s.box, d) <= most) continue;
+      for (const dvec3& p : s.points) {
+        if (const double x = glm::dot(d, p); x > most) most = x, best = p;
+      }
+    }
+    return best;
+  }
+
+  dvec3 farthest(const dvec3& d) const {
+    dvec3 best = far_sample(d);
+    const double length = glm::length(d);
+    for (const Samples& s : samples_) {
+      const double slack = s.gap * length;
+      if (reach(s.box, d) + slack < glm::dot(d, best)) continue;
+      // The samples that could climb beyond the best, the highest first; a few are enough.
+      std::vector<std::pair<double, std::size_t>> starts;
+      for (std::size_t i = 0; i < s.points.size(); ++i) {
+        const double x = glm::dot(d, s.points[i]);
+        if (x + slack >= glm::dot(d, best)) starts.push_back({-x, i});
+      }
+      const std::size_t few = std::min<std::size_t>(starts.size(), 6);
+      std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(few), starts.end());
+      for (std::size_t k = 0; k < few; ++k) {
+        const dvec3 p = s.face == kNoFace ? polish_piece(store_, s, starts[k].second, d)
+                                          : polish_face(store_, trims_, s, starts[k].second, d);
+        if (glm::dot(d, p) > glm::dot(d, best)) best = p;
+      }
+    }
+    return best;
+  }
+
+ private:
+  bool used(const nurbs::Edge& edge) const {
+    for (std::int32_t i = edge.coedges.begin; i < edge.coedges.end; ++i) {
+      const std::int32_t face = store_.coedges[store_.edge_coedges[i]].face;
+      if (store_.faces[face].status == nurbs::FaceStatus::kOk) return true;
+    }
+    return false;
+  }
+
+  static double reach(const Box3& box, const dvec3& d) {
+    return glm::dot(d, box.center()) + 0.5 * glm::dot(glm::abs(d), box.extent());
+  }
+
+  const NurbsStore& store_;
+  const nurbs::TrimIndex& trims_;
+  std::vector<Samples> samples_;
+};
+
+// Evenly spread over the sphere (Fibonacci lattice).
+std::vector<dvec3> directions() {
+  std::vector<dvec3> d;
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - z * z);
+    const double a = 2.0 * std::numbers::pi * (std::numbers::phi - 1.0) * i;
+    d.push_back({r * std::cos(a), r * std::sin(a), z});
+  }
+  return d;
+}
+
+void keep_farthest(std::vector<dvec3>& points) {
+  if (points.size() <= kDirections) return;
+  std::vector<dvec3> kept, all = directions();
+  for (int axis = 0; axis < 3; ++axis) {
+    dvec3 d(0.0);
+    d[axis] = 1.0;
+    all.push_back(d), all.push_back(-d);
+  }
+  for (const dvec3& d : all) {
+    kept.push_back(*std::max_element(points.begin(), points.end(), [&](const dvec3& a, const dvec3& b) {
+      return glm::dot(d, a) < glm::dot(d, b);
+    }));
+  }
+  points = std::move(kept);
+}
+
+}  // namespace
+
+Extent model_extent(const NurbsStore& store, int threads) {
+  const nurbs::TrimIndex trims(store, threads);
+  Extent extent;
+  std::vector<Outline> outlines;
+  std::vector<std::vector<dvec3>> far(store.prototypes.size());
+  const std::vector<dvec3> all = directions();
+  for (std::size_t p = 0; p < store.prototypes.size(); ++p) {
+    const Outline& outline = outlines.emplace_back(store, trims, static_cast<std::int32_t>(p), threads);
+    if (outline.empty()) continue;
+    far[p].resize(all.size());
+    parallel_ranges(all.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) far[p][i] = outline.far_sample(all[i]);
+    });
+  }
+  // Many instances of an assembly are placed without turning: their six directions are asked for once.
+  std::map<std::tuple<std::int32_t, double, double, double>, dvec3> known;
+  for (const nurbs::Instance& instance : store.instances) {
+    const auto p = static_cast<std::size_t>(instance.prototype);
+    if (outlines[p].empty()) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sign : {-1.0, 1.0}) {
+        const dmat3& m = instance.placement.linear;
+        const dvec3 d = sign * dvec3(m[0][axis], m[1][axis], m[2][axis]);
+        const auto [at, fresh] = known.try_emplace({instance.prototype, d.x, d.y, d.z});
+        if (fresh) at->second = outlines[p].farthest(d);
+        extent.bounds.add(instance.placement.point(at->second));
+        extent.points.push_back(instance.placement.point(at->second));
+      }
+    }
+    for (const dvec3& q : far[p]) extent.points.push_back(instance.placement.point(q));
+  }
+  keep_farthest(extent.points);
+  return extent;
+}
+
+}  // namespace trimray::trace

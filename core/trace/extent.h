@@ -1,0 +1,24 @@
+// How far a model reaches: its tight box, and a few points that stand for its outline from every side.
+#pragma once
+
+#include <vector>
+
+#include "core/nurbs/store.h"
+
+namespace trimray::trace {
+
+// bounds: of all drawable faces of all instances, in the world, mm. Each side is reached by an edge curve or by a
+// point inside a face where the surface's normal is parallel to the axis, polished to 1e-12 of the size; the
+// points to polish are found on a sampling grid (degree + 1 steps a knot span), so a bump narrower than that
+// grid that reaches farther than everything else is not promised to be seen.
+// points: on the model, the farthest in each of 256 directions and on each side of bounds; what a
+// camera is fitted to. A convex outline between two of the directions may stand out by 1 % of the size.
+// Both are empty when no face can be drawn.
+struct Extent {
+  Box3 bounds;
+  std::vector<dvec3> points;
+};
+
+Extent model_extent(const nurbs::NurbsStore& store, int threads = 0);
+
+}  // namespace trimray::trace

@@ -1,0 +1,48 @@
+// The render loop: rays of a camera, in tiles over all cores, to the planes of a Frame.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/nurbs/store.h"
+#include "core/trace/ray.h"
+#include "core/view/camera.h"
+#include "core/view/frame.h"
+#include "core/view/shade.h"
+
+namespace trimray::trace {
+
+// Who answers the rays: the standard tracer or the reference. Both are called from many threads at once and
+// must not start threads of their own.
+struct Caster {
+  std::function<void(std::span<const Ray>, std::span<Hit>)> nearest;
+  std::function<void(const Ray&, std::vector<Hit>&)> all;  // sorted by t; asked only behind translucent faces
+};
+
+struct RenderOptions {
+  view::Camera camera;
+  view::Planes planes;
+  view::Background background;
+  int samples = 4;           // rays per pixel for the colour, >= 1
+  bool orientation = false;  // tint faces that turn their inner side to the eye
+  int threads = 0;           // 0: all cores
+};
+
+// Shared with the thread that waits: tiles done of total, and its wish to stop.
+struct Progress {
+  std::atomic<std::int64_t> done{0}, total{0};
+  std::atomic<bool> cancelled{false};
+};
+
+// The same bytes for any number of threads. When progress->cancelled is raised, returns within a tile's time,
+// with the rest of the frame left at its background values.
+view::Frame render(const nurbs::NurbsStore& store, const Caster& caster, const RenderOptions& options,
+                   Progress* progress = nullptr);
+
+// Colour of a face in an instance: the face's, else the instance's, else the prototype's, else the neutral
+// colour of a part that the file leaves uncoloured. sRGB-encoded, straight alpha.
+void face_color(const nurbs::NurbsStore& store, std::int32_t face, std::int32_t instance, float srgb[4]);
+
+}  // namespace trimray::trace
