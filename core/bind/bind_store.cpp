@@ -1,0 +1,169 @@
+// NurbsStore: built, saved, loaded, and told about in arrays.
+#include <cstring>
+#include <memory>
+
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "core/bind/bind.h"
+#include "core/nurbs/build_store.h"
+#include "core/trace/extent.h"
+#include "core/trace/render.h"
+
+namespace trimray::bind {
+
+namespace {
+
+using nurbs::NurbsStore;
+using StorePtr = std::shared_ptr<NurbsStore>;
+
+std::span<const std::byte> bytes_of(const nb::bytes& b) {
+  return {reinterpret_cast<const std::byte*>(b.c_str()), b.size()};
+}
+
+StorePtr build(const nb::bytes& brep, const In1<std::int32_t>& prototype_shapes, const In2<float, 4>& prototype_colors,
+               const In1<std::int32_t>& face_color_shapes, const In2<float, 4>& face_colors,
+               const In1<std::int32_t>& instance_prototypes, const In2<double, 12>& instance_placements,
+               const In2<float, 4>& instance_colors, std::string meta) {
+  nurbs::BuildInput input;
+  input.prototype_shapes = vector(prototype_shapes);
+  input.prototype_colors = vector(prototype_colors);
+  input.face_color_shapes = vector(face_color_shapes);
+  input.face_colors = vector(face_colors);
+  input.instance_prototypes = vector(instance_prototypes);
+  input.instance_placements = vector(instance_placements);
+  input.instance_colors = vector(instance_colors);
+  input.meta = std::move(meta);
+  const auto stream = bytes_of(brep);
+  nb::gil_scoped_release release;
+  return std::make_shared<NurbsStore>(nurbs::build_store(stream, input));
+}
+
+StorePtr load(const nb::bytes& data) {
+  const auto bytes = bytes_of(data);
+  nb::gil_scoped_release release;
+  return std::make_shared<NurbsStore>(nurbs::load_store(bytes));
+}
+
+nb::bytes save(const NurbsStore& store) {
+  std::vector<std::byte> bytes;
+  {
+    nb::gil_scoped_release release;
+    bytes = nurbs::save_store(store);
+  }
+  return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+// One column of the faces.
+template <typename T, typename Get>
+Out<T> face_column(const NurbsStore& store, const Get& get) {
+  std::vector<T> values;
+  values.reserve(store.faces.size());
+  for (const nurbs::Face& f : store.faces) values.push_back(get(f));
+  return array(std::move(values), {store.faces.size()});
+}
+
+Out<float> face_colors(const NurbsStore& store) {
+  std::vector<float> values;
+  for (const nurbs::Face& f : store.faces) values.insert(values.end(), f.color, f.color + 4);
+  return array(std::move(values), {store.faces.size(), 4});
+}
+
+Out<float> instance_colors(const NurbsStore& store) {
+  std::vector<float> values(4 * store.instances.size());
+  for (std::size_t i = 0; i < store.instances.size(); ++i) {
+    trace::face_color(store, kNoFace, static_cast<std::int32_t>(i), &values[4 * i]);
+  }
+  return array(std::move(values), {store.instances.size(), 4});
+}
+
+Out<double> placements(const NurbsStore& store) {
+  std::vector<double> values;
+  for (const nurbs::Instance& i : store.instances) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) values.push_back(i.placement.linear[column][row]);
+      values.push_back(i.placement.translation[row]);
+    }
+  }
+  return array(std::move(values), {store.instances.size(), 3, 4});
+}
+
+Out<std::int32_t> prototype_faces(const NurbsStore& store) {
+  std::vector<std::int32_t> values;
+  for (const nurbs::Prototype& p : store.prototypes) values.insert(values.end(), {p.faces.begin, p.faces.end});
+  return array(std::move(values), {store.prototypes.size(), 2});
+}
+
+// Face counts of open and closed shells, by prototype: (closed shells, open shells).
+Out<std::int32_t> prototype_shells(const NurbsStore& store) {
+  std::vector<std::int32_t> values;
+  for (const nurbs::Prototype& p : store.prototypes) {
+    std::int32_t closed = 0;
+    for (std::int32_t s = p.shells.begin; s < p.shells.end; ++s) closed += store.shells[s].closed;
+    values.insert(values.end(), {closed, p.shells.size() - closed});
+  }
+  return array(std::move(values), {store.prototypes.size(), 2});
+}
+
+std::pair<Out<double>, Out<double>> extent(const NurbsStore& store, int threads) {
+  trace::Extent e;
+  {
+    nb::gil_scoped_release release;
+    e = trace::model_extent(store, threads);
+  }
+  std::vector<double> points;
+  for (const dvec3& p : e.points) points.insert(points.end(), {p.x, p.y, p.z});
+  const Box3& b = e.bounds;
+  std::vector<double> bounds{b.lower.x, b.lower.y, b.lower.z, b.upper.x, b.upper.y, b.upper.z};
+  return {array(std::move(bounds), {2, 3}), array(std::move(points), {e.points.size(), 3})};
+}
+
+}  // namespace
+
+void bind_store(nb::module_& m) {
+  nb::class_<NurbsStore>(m, "Store", "Every face of a model as an exact trimmed NURBS surface; immutable.")
+      .def_static("build", &build, nb::arg("brep"), nb::arg("prototype_shapes"), nb::arg("prototype_colors"),
+                  nb::arg("face_color_shapes"), nb::arg("face_colors"), nb::arg("instance_prototypes"),
+                  nb::arg("instance_placements"), nb::arg("instance_colors"), nb::arg("meta"),
+                  "From the importer's byte stream and arrays. FormatError: the stream is damaged; ArgumentError: "
+                  "the arrays do not fit it.")
+      .def_static("load", &load, nb::arg("data"), "From what save() gave. FormatError: anything else.")
+      .def("save", &save, "The store as the bytes of one file.")
+      .def_prop_ro("meta", [](const NurbsStore& s) { return s.meta; }, "The importer's JSON.")
+      .def_prop_ro("face_count", [](const NurbsStore& s) { return s.faces.size(); })
+      .def("face_kinds", [](const NurbsStore& s) {
+             std::vector<std::string> kinds;
+             for (const nurbs::Face& f : s.faces) {
+               kinds.push_back(nurbs::kind_name(f.surface < 0 ? nurbs::SurfaceKind::kNone : s.surfaces[f.surface].kind));
+             }
+             return kinds;
+           }, "Surface kind of every face.")
+      .def("face_statuses", [](const NurbsStore& s) {
+             std::vector<std::string> reasons;
+             for (const nurbs::Face& f : s.faces) reasons.push_back(nurbs::status_reason(f.status));
+             return reasons;
+           }, "\"ok\" or the reason the face cannot be drawn.")
+      .def("face_colors", &face_colors, "(n, 4) float32, sRGB-encoded, straight alpha; red -1 where the face has none of its own.")
+      .def("face_prototypes", [](const NurbsStore& s) {
+             return face_column<std::int32_t>(s, [](const nurbs::Face& f) { return f.prototype; });
+           }, "(n,) int32.")
+      .def("face_shapes", [](const NurbsStore& s) {
+             return face_column<std::int32_t>(s, [](const nurbs::Face& f) { return f.shape; });
+           }, "(n,) int32, 1-based position in the importer's byte stream.")
+      .def("instance_prototypes", [](const NurbsStore& s) {
+             std::vector<std::int32_t> values;
+             for (const nurbs::Instance& i : s.instances) values.push_back(i.prototype);
+             const std::size_t count = values.size();
+             return array(std::move(values), {count});
+           }, "(n,) int32.")
+      .def("instance_placements", &placements, "(n, 3, 4) float64, prototype to world, mm.")
+      .def("instance_colors", &instance_colors, "(n, 4) float32, sRGB-encoded: of faces without a colour of their own.")
+      .def("prototype_faces", &prototype_faces, "(n, 2) int32: first face and one past the last.")
+      .def("prototype_shells", &prototype_shells, "(n, 2) int32: closed and open shells.")
+      .def("extent", &extent, nb::arg("threads") = 0,
+           "Tight bounds (2, 3) float64 and outline points (n, 3) float64, world, mm; inf, -inf when nothing can be drawn.");
+}
+
+}  // namespace trimray::bind

@@ -1,0 +1,14 @@
+// trimray._core: what Python sees of core/. Private to the package: trimray/__init__.py is the public face.
+#include "core/base/error.h"
+#include "core/bind/bind.h"
+
+NB_MODULE(_core, m) {
+  namespace nb = nanobind;
+  m.doc() = "Native core of trimray. Lengths are mm, angles radians.";
+  nb::exception<trimray::Error> error(m, "CoreError", PyExc_RuntimeError);
+  nb::exception<trimray::FormatError>(m, "FormatError", error.ptr());
+  nb::exception<trimray::ArgumentError>(m, "ArgumentError", error.ptr());
+  trimray::bind::bind_store(m);
+  trimray::bind::bind_view(m);
+  trimray::bind::bind_trace(m);
+}
