@@ -1,0 +1,101 @@
+#include "core/nurbs/trim.h"
+
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/nurbs/trim_grid.h"
+
+namespace trimray::nurbs {
+namespace {
+
+enum class Rule : std::uint8_t { kNothing, kBox, kLoops };
+
+struct FaceTrim {
+  Rule rule = Rule::kNothing;
+  Box2 box;  // kBox: lower <= uv < upper, the half-open rule's own answer; infinite where nothing ends
+  dvec2 middle{0.0}, period{0.0};
+  TrimGrid grid;
+};
+
+// A direction that runs all the way round has no end to be outside of.
+bool full_period(double extent, double period) { return period > 0.0 && extent >= period * (1.0 - 1e-9); }
+
+FaceTrim make_face_trim(const NurbsStore& store, std::int32_t index) {
+  FaceTrim out;
+  const Face& face = store.faces[index];
+  if (face.status != FaceStatus::kOk) return out;
+  Surface none;
+  const Surface& surface = face.surface >= 0 ? store.surfaces[face.surface] : none;
+  const bool untrimmed = face.loops.size() == 0;
+  const Box2 box = untrimmed && face.uv_box.empty() ? surface.domain : face.uv_box;
+  if (!box.empty()) out.middle = box.center();
+  if (surface.periodic_u) out.period.x = surface.period_u;
+  if (surface.periodic_v) out.period.y = surface.period_v;
+  if (!untrimmed && !face.iso_rectangle) {
+    out.rule = Rule::kLoops;
+    out.grid = TrimGrid(cut_trim_loops(store, index));
+    return out;
+  }
+  out.rule = box.empty() ? Rule::kNothing : Rule::kBox;
+  out.box = box;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (full_period(box.extent()[axis], out.period[axis])) {
+      out.box.lower[axis] = -kInf, out.box.upper[axis] = kInf;
+    } else if (untrimmed) {
+      // No edge runs here (a pole, or a closed surface): the domain's own end belongs to the face, and
+      // rounding must not throw a root off it.
+      const double margin = 1e-12 * (1.0 + box.extent()[axis]);
+      out.box.lower[axis] -= margin, out.box.upper[axis] += margin;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+struct TrimIndex::Impl {
+  std::vector<FaceTrim> faces;
+};
+
+TrimIndex::TrimIndex(const NurbsStore& store, int threads) : impl_(std::make_unique<Impl>()) {
+  impl_->faces.resize(store.faces.size());
+  parallel_ranges(store.faces.size(), 16, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) impl_->faces[i] = make_face_trim(store, static_cast<std::int32_t>(i));
+  });
+}
+TrimIndex::TrimIndex(TrimIndex&&) noexcept = default;
+TrimIndex& TrimIndex::operator=(TrimIndex&&) noexcept = default;
+TrimIndex::~TrimIndex() = default;
+
+bool TrimIndex::inside(std::int32_t face, dvec2 uv) const {
+  const FaceTrim& f = impl_->faces[face];
+  if (f.rule == Rule::kLoops) return f.grid.inside(uv);
+  return f.rule == Rule::kBox && uv.x >= f.box.lower.x && uv.x < f.box.upper.x && uv.y >= f.box.lower.y &&
+         uv.y < f.box.upper.y;
+}
+
+dvec2 TrimIndex::wrap(std::int32_t face, dvec2 uv) const {
+  const FaceTrim& f = impl_->faces[face];
+  for (int axis = 0; axis < 2; ++axis) {
+    const double period = f.period[axis];
+    if (period > 0.0) uv[axis] -= period * std::floor((uv[axis] - f.middle[axis]) / period + 0.5);
+  }
+  return uv;
+}
+
+Coverage TrimIndex::coverage(std::int32_t face, const Box2& query) const {
+  const FaceTrim& f = impl_->faces[face];
+  if (f.rule == Rule::kNothing || query.empty()) return Coverage::kOutside;
+  if (f.rule == Rule::kLoops) {
+    const int covered = f.grid.coverage(query);
+    return covered > 0 ? Coverage::kInside : covered < 0 ? Coverage::kOutside : Coverage::kMixed;
+  }
+  if (query.upper.x < f.box.lower.x || query.lower.x >= f.box.upper.x || query.upper.y < f.box.lower.y ||
+      query.lower.y >= f.box.upper.y)
+    return Coverage::kOutside;
+  const bool within = query.lower.x >= f.box.lower.x && query.upper.x < f.box.upper.x &&
+                      query.lower.y >= f.box.lower.y && query.upper.y < f.box.upper.y;
+  return within ? Coverage::kInside : Coverage::kMixed;
+}
+
+}  // namespace trimray::nurbs
