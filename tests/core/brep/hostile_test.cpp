@@ -1,0 +1,216 @@
+// Damaged streams: every one is a FormatError that says where, never a crash and never another exception.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <string>
+
+#include "core/brep/bintools.h"
+#include "tests/core/brep/streams.h"
+
+namespace trimray::brep {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+const char* const kStreams[] = {"box",       "cone",   "curves2", "curves3",     "cylinder", "cylinder_v1",
+                                "locations", "meshes", "points",  "rounded_box", "surfaces"};
+
+// The last place, since one section's name ends another's.
+std::size_t find(const Bytes& bytes, const std::string& text) {
+  const auto* data = reinterpret_cast<const std::byte*>(text.data());
+  const auto at = std::find_end(bytes.begin(), bytes.end(), data, data + text.size());
+  EXPECT_NE(at, bytes.end()) << text;
+  return static_cast<std::size_t>(at - bytes.begin());
+}
+
+Bytes replaced(Bytes bytes, const std::string& from, const std::string& to) {
+  const std::size_t at = find(bytes, from);
+  const auto* data = reinterpret_cast<const std::byte*>(to.data());
+  bytes.erase(bytes.begin() + at, bytes.begin() + at + from.size());
+  bytes.insert(bytes.begin() + at, data, data + to.size());
+  return bytes;
+}
+
+std::string failure(const Bytes& bytes) {
+  try {
+    parse_bintools(bytes);
+  } catch (const FormatError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// What a Model promises, see topology.h; a parse that succeeds has to keep it.
+template <typename Vec>
+void check_curves(const std::vector<Curve<Vec>>& curves) {
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const Curve<Vec>& c = curves[i];
+    ASSERT_LT(c.basis, static_cast<std::int32_t>(i));
+    const bool derived = c.kind == CurveKind::kTrimmed || c.kind == CurveKind::kOffset;
+    ASSERT_EQ(c.basis >= 0, derived);
+    if (c.kind != CurveKind::kBezier && c.kind != CurveKind::kBspline) continue;
+    ASSERT_EQ(c.weights.size(), c.rational ? c.poles.size() : 0u);
+    ASSERT_EQ(c.knots.size(), c.multiplicities.size());
+    std::int64_t sum = 0;
+    for (const std::int32_t m : c.multiplicities) sum += m;
+    sum -= c.periodic ? c.multiplicities.back() : c.degree + 1;
+    ASSERT_EQ(sum, static_cast<std::int64_t>(c.poles.size()));
+  }
+}
+
+void check_promises(const Model& model) {
+  check_curves(model.curves2);
+  check_curves(model.curves3);
+  const auto in_range = [](std::int32_t i, std::size_t size) { return i < static_cast<std::int64_t>(size); };
+  for (std::size_t i = 0; i < model.surfaces.size(); ++i) {
+    const Surface& s = model.surfaces[i];
+    ASSERT_LT(s.basis, static_cast<std::int32_t>(i));
+    ASSERT_TRUE(in_range(s.basis_curve, model.curves3.size()));
+    ASSERT_EQ(s.poles.size(), static_cast<std::size_t>(s.count_u) * s.count_v);
+    ASSERT_EQ(s.weights.size(), s.rational_u || s.rational_v ? s.poles.size() : 0u);
+  }
+  for (const EdgeData& edge : model.edges) {
+    ASSERT_TRUE(in_range(edge.curve3, model.curves3.size()));
+    for (const PCurve& p : edge.pcurves) {
+      ASSERT_TRUE(p.curve >= 0 && in_range(p.curve, model.curves2.size()));
+      ASSERT_TRUE(in_range(p.curve2, model.curves2.size()));
+      ASSERT_TRUE(p.surface >= 0 && in_range(p.surface, model.surfaces.size()));
+      ASSERT_TRUE(in_range(p.location, model.locations.size()));
+    }
+  }
+  for (const FaceData& face : model.faces) ASSERT_TRUE(in_range(face.surface, model.surfaces.size()));
+  for (std::size_t i = 0; i < model.shapes.size(); ++i) {
+    for (const ShapeUse& use : model.shapes[i].children) {
+      ASSERT_TRUE(use.shape >= 0 && use.shape < static_cast<std::int32_t>(i));
+      ASSERT_TRUE(in_range(use.location, model.locations.size()));
+    }
+  }
+}
+
+TEST(BintoolsHostile, EveryTruncationIsAnError) {
+  for (const char* name : kStreams) {
+    const Bytes bytes = testing::read_stream(name);
+    EXPECT_EQ(failure(bytes), "");
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      const Bytes cut(bytes.begin(), bytes.begin() + size);
+      ASSERT_NE(failure(cut), "") << name << " cut to " << size;
+    }
+  }
+}
+
+TEST(BintoolsHostile, EveryFlippedBitIsAnErrorOrAValidModel) {
+  for (const char* name : kStreams) {
+    Bytes bytes = testing::read_stream(name);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      for (int bit = 0; bit < 8; ++bit) {
+        const std::byte before = bytes[i];
+        bytes[i] ^= std::byte{1} << bit;
+        try {
+          check_promises(parse_bintools(bytes));
+        } catch (const FormatError&) {
+        }
+        bytes[i] = before;
+      }
+    }
+  }
+}
+
+TEST(BintoolsHostile, RandomDamageIsAnErrorOrAValidModel) {
+  std::mt19937 random(7);
+  for (const char* name : kStreams) {
+    const Bytes bytes = testing::read_stream(name);
+    for (int round = 0; round < 2000; ++round) {
+      Bytes damaged = bytes;
+      for (int k = 0; k < 4; ++k) {
+        const std::size_t at = random() % (damaged.size() - 4);
+        const std::uint32_t values[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, static_cast<std::uint32_t>(random())};
+        std::memcpy(damaged.data() + at, &values[random() % 6], 4);
+      }
+      try {
+        check_promises(parse_bintools(damaged));
+      } catch (const FormatError&) {
+      }
+    }
+  }
+}
+
+TEST(BintoolsHostile, HugeCountsAllocateNothing) {
+  const Bytes box = testing::read_stream("box");
+  for (const char* section : {"Locations 0", "Curve2ds 24", "Curves 12", "Polygon3D 0", "PolygonOnTriangulations 0",
+                              "Surfaces 6", "Triangulations 0", "TShapes 34"}) {
+    const std::string name = std::string(section).substr(0, std::string(section).find(' '));
+    for (const char* count : {" 2147483647", " 4294967296", " 9999999999", " 99999999999999999999", " -1", " ", ""}) {
+      const std::string message = failure(replaced(box, std::string(section) + "\n", name + count + "\n"));
+      EXPECT_NE(message.find("B-rep stream, " + name + ", byte "), std::string::npos) << name << count << message;
+    }
+  }
+}
+
+TEST(BintoolsHostile, ErrorsNameSectionAndOffset) {
+  EXPECT_EQ(failure({}), "B-rep stream, header, byte 0: not a BinTools shape set of version 1 to 4");
+  Bytes bytes = testing::read_stream("surfaces");
+  const std::size_t first = find(bytes, "Surfaces 14\n") + 12;
+  bytes[first] = std::byte{12};
+  EXPECT_EQ(failure(bytes), "B-rep stream, Surfaces, byte " + std::to_string(first + 1) + ": unknown kind of surface");
+}
+
+TEST(BintoolsHostile, BytesAfterTheLastShapeAreAnError) {
+  Bytes bytes = testing::read_stream("box");
+  bytes.push_back(std::byte{0});
+  EXPECT_NE(failure(bytes).find("bytes after the last shape"), std::string::npos);
+}
+
+// A stream whose single 3D curve is a line below `levels` trims.
+Bytes nested_trims(int levels) {
+  std::string text = "\nOpen CASCADE Topology V4, (c) Open Cascade\nLocations 0\nCurve2ds 0\nCurves 1\n";
+  for (int i = 0; i < levels; ++i) text += std::string(1, '\x08') + std::string(16, '\0');
+  text += std::string(1, '\x01') + std::string(48, '\0');
+  text += "Polygon3D 0\nPolygonOnTriangulations 0\nSurfaces 0\nTriangulations 0\n\nTShapes 0\n";
+  const auto* data = reinterpret_cast<const std::byte*>(text.data());
+  return Bytes(data, data + text.size());
+}
+
+TEST(BintoolsHostile, NestingOfBasisCurvesIsBounded) {
+  EXPECT_EQ(parse_bintools(nested_trims(kMaxBasisDepth)).curves3.size(), kMaxBasisDepth + 1u);
+  EXPECT_NE(failure(nested_trims(kMaxBasisDepth + 1)).find("nested too deeply"), std::string::npos);
+  EXPECT_NE(failure(nested_trims(1000000)).find("nested too deeply"), std::string::npos);
+}
+
+// A chain of compounds, each the only child of the next; child() gives the stored index for shape i.
+template <typename Child>
+Bytes compounds(std::int32_t count, Child child) {
+  std::string text = "\nOpen CASCADE Topology V4, (c) Open Cascade\nLocations 0\nCurve2ds 0\nCurves 0\nPolygon3D 0\n";
+  text += "PolygonOnTriangulations 0\nSurfaces 0\nTriangulations 0\n\nTShapes " + std::to_string(count) + "\n";
+  for (std::int32_t i = 0; i < count; ++i) {
+    text += std::string(8, '\0');
+    if (i > 0) {
+      const std::int32_t values[2] = {child(i), 0};
+      text += std::string(1, '\0') + std::string(reinterpret_cast<const char*>(values), 8);
+    }
+    text += '*';
+  }
+  const auto* data = reinterpret_cast<const std::byte*>(text.data());
+  return Bytes(data, data + text.size());
+}
+
+TEST(BintoolsHostile, NestingOfShapesIsBounded) {
+  const auto chain = [](std::int32_t count) {
+    return compounds(count, [count](std::int32_t i) { return count - i + 1; });
+  };
+  EXPECT_EQ(parse_bintools(chain(kMaxShapeDepth + 1)).shapes.size(), kMaxShapeDepth + 1u);
+  EXPECT_NE(failure(chain(kMaxShapeDepth + 2)).find("nested too deeply"), std::string::npos);
+}
+
+TEST(BintoolsHostile, ShapesCannotContainThemselvesOrLaterOnes) {
+  const auto self = compounds(3, [](std::int32_t i) { return 3 - i; });
+  EXPECT_NE(failure(self).find("child does not stand before its parent"), std::string::npos);
+  const auto later = compounds(3, [](std::int32_t) { return 1; });
+  EXPECT_NE(failure(later).find("child does not stand before its parent"), std::string::npos);
+  const auto none = compounds(3, [](std::int32_t) { return 4; });
+  EXPECT_NE(failure(none).find("shape index out of range"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trimray::brep
