@@ -1,0 +1,136 @@
+#include "core/reference/paths.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/reference/winding.h"
+
+namespace trimray::reference {
+namespace {
+
+using Curve4 = std::vector<dvec4>;
+
+// c becomes the upper half; the lower one is returned.
+Curve4 halve(Curve4& c) {
+  Curve4 low(c.size());
+  for (std::size_t r = 0; r < c.size(); ++r) {
+    low[r] = c[0];
+    for (std::size_t i = 0; i + r + 1 < c.size(); ++i) c[i] = 0.5 * (c[i] + c[i + 1]);
+  }
+  return low;
+}
+
+dvec3 point_at(Curve4 c, double x) {
+  for (std::size_t r = 1; r < c.size(); ++r)
+    for (std::size_t i = 0; i + r < c.size(); ++i) c[i] = (1.0 - x) * c[i] + x * c[i + 1];
+  return dvec3(c[0]) / c[0].w;
+}
+
+Box3 hull_box(const Curve4& c) {
+  Box3 box;
+  for (const dvec4& h : c) box.add(dvec3(h) / h.w);
+  return box;
+}
+
+// The closest point to the line of a short or nearly straight stretch: samples, then golden section.
+void closest(const Curve4& c, NearStretch& out) {
+  auto across = [&](double x) { return glm::length(dvec2(point_at(c, x))); };
+  constexpr int kSamples = 16;
+  int best = 0;
+  for (int k = 1; k <= kSamples; ++k)
+    if (across(double(k) / kSamples) < across(double(best) / kSamples)) best = k;
+  double a = std::max(0.0, (best - 1.0) / kSamples), b = std::min(1.0, (best + 1.0) / kSamples);
+  for (int k = 0; k < 60; ++k) {
+    const double x = a + 0.381966011250105 * (b - a), y = b - 0.381966011250105 * (b - a);
+    (across(x) <= across(y) ? b : a) = across(x) <= across(y) ? y : x;
+  }
+  const double x = 0.5 * (a + b);
+  out.t = point_at(c, x).z, out.distance = across(x);
+}
+
+void search(Curve4 c, double band, std::int32_t edge, std::vector<NearStretch>& out) {
+  const Box3 box = hull_box(c);
+  const dvec2 lower(box.lower), upper(box.upper);
+  const dvec2 gap = glm::max(dvec2(0.0), glm::max(lower, -upper));
+  if (glm::length(gap) > band) return;
+  const bool within = glm::length(glm::max(glm::abs(lower), glm::abs(upper))) <= band;
+  if (!within && glm::length(upper - lower) > 0.01 * band) {
+    Curve4 low = halve(c);
+    search(std::move(low), band, edge, out);
+    return search(std::move(c), band, edge, out);
+  }
+  NearStretch here{edge, box.lower.z, box.upper.z, 0.0, kInf};
+  closest(c, here);
+  if (here.distance > band) return;
+
+  // Stretches come in the order of the path: join what touches.
+  if (!out.empty() && out.back().edge == edge && here.t_lower <= out.back().t_upper + band &&
+      here.t_upper >= out.back().t_lower - band) {
+    NearStretch& last = out.back();
+    last.t_lower = std::min(last.t_lower, here.t_lower), last.t_upper = std::max(last.t_upper, here.t_upper);
+    if (here.distance < last.distance) last.t = here.t, last.distance = here.distance;
+    return;
+  }
+  out.push_back(here);
+}
+
+void search_distance(Curve4 c, const dvec3& p, double& best) {
+  const Box3 box = hull_box(c);
+  const dvec3 gap = glm::max(dvec3(0.0), glm::max(box.lower - p, p - box.upper));
+  if (glm::length(gap) >= best) return;
+  for (const dvec4& end : {c.front(), c.back()}) best = std::min(best, glm::length(dvec3(end) / end.w - p));
+  if (glm::length(box.extent()) <= 1e-3 * best + 1e-15) return;
+  Curve4 low = halve(c);
+  search_distance(std::move(low), p, best);
+  search_distance(std::move(c), p, best);
+}
+
+}  // namespace
+
+EdgePath edge_path(const nurbs::NurbsStore& store, std::int32_t edge) {
+  const nurbs::Edge& e = store.edges[edge];
+  EdgePath path;
+  path.band = e.band;
+  for (std::int32_t k = e.pieces.begin; k < e.pieces.end; ++k) {
+    const nurbs::Range ctrl = store.edge_pieces[k].ctrl;
+    Curve4 curve(store.edge_ctrl_h.begin() + ctrl.begin, store.edge_ctrl_h.begin() + ctrl.end);
+    if (!path.curves.empty()) path.curves.push_back({path.curves.back().back(), curve.front()});
+    path.curves.push_back(std::move(curve));
+  }
+  auto vertex = [&](int k) { return dvec4(store.vertices[e.vertex[k]].point, 1.0); };
+  const bool bare = path.curves.empty();
+  if (bare && e.vertex[0] >= 0) path.curves.push_back({vertex(0), vertex(e.vertex[1] >= 0 ? 1 : 0)});
+  if (!bare && e.vertex[0] >= 0) path.curves.insert(path.curves.begin(), Curve4{vertex(0), path.curves.front().front()});
+  if (!bare && e.vertex[1] >= 0) path.curves.push_back({path.curves.back().back(), vertex(1)});
+  for (const Curve4& c : path.curves) path.box.add(hull_box(c));
+  return path;
+}
+
+void near_stretches(const EdgePath& path, std::int32_t edge, const Line& line, std::vector<NearStretch>& out) {
+  if (path.curves.empty() || !line.meets(path.box, path.band)) return;
+  for (const Curve4& curve : path.curves) {
+    Curve4 c;
+    for (const dvec4& h : curve) c.push_back(line.project(Vec4(h)));
+    search(std::move(c), path.band, edge, out);
+  }
+}
+
+int path_crossings(const EdgePath& path, const Line& line) {
+  int sum = 0;
+  std::vector<dvec2> c;
+  for (const Curve4& curve : path.curves) {
+    c.clear();
+    for (const dvec4& h : curve) c.push_back(dvec2(line.project(Vec4(h))));
+    sum += half_line_crossings(c);
+  }
+  return sum;
+}
+
+double path_distance(const EdgePath& path, const dvec3& point, double limit) {
+  double best = limit * (1.0 + 1e-9) + 1e-300;
+  const double cut = best;
+  for (const Curve4& curve : path.curves) search_distance(curve, point, best);
+  return best < cut ? best : kInf;
+}
+
+}  // namespace trimray::reference
