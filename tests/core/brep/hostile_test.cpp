@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/brep/bintools.h"
+#include "tests/core/brep/promises.h"
 #include "tests/core/brep/streams.h"
 
 namespace trimray::brep {
@@ -42,53 +43,6 @@ std::string failure(const Bytes& bytes) {
   return "";
 }
 
-// What a Model promises, see topology.h; a parse that succeeds has to keep it.
-template <typename Vec>
-void check_curves(const std::vector<Curve<Vec>>& curves) {
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    const Curve<Vec>& c = curves[i];
-    ASSERT_LT(c.basis, static_cast<std::int32_t>(i));
-    const bool derived = c.kind == CurveKind::kTrimmed || c.kind == CurveKind::kOffset;
-    ASSERT_EQ(c.basis >= 0, derived);
-    if (c.kind != CurveKind::kBezier && c.kind != CurveKind::kBspline) continue;
-    ASSERT_EQ(c.weights.size(), c.rational ? c.poles.size() : 0u);
-    ASSERT_EQ(c.knots.size(), c.multiplicities.size());
-    std::int64_t sum = 0;
-    for (const std::int32_t m : c.multiplicities) sum += m;
-    sum -= c.periodic ? c.multiplicities.back() : c.degree + 1;
-    ASSERT_EQ(sum, static_cast<std::int64_t>(c.poles.size()));
-  }
-}
-
-void check_promises(const Model& model) {
-  check_curves(model.curves2);
-  check_curves(model.curves3);
-  const auto in_range = [](std::int32_t i, std::size_t size) { return i < static_cast<std::int64_t>(size); };
-  for (std::size_t i = 0; i < model.surfaces.size(); ++i) {
-    const Surface& s = model.surfaces[i];
-    ASSERT_LT(s.basis, static_cast<std::int32_t>(i));
-    ASSERT_TRUE(in_range(s.basis_curve, model.curves3.size()));
-    ASSERT_EQ(s.poles.size(), static_cast<std::size_t>(s.count_u) * s.count_v);
-    ASSERT_EQ(s.weights.size(), s.rational_u || s.rational_v ? s.poles.size() : 0u);
-  }
-  for (const EdgeData& edge : model.edges) {
-    ASSERT_TRUE(in_range(edge.curve3, model.curves3.size()));
-    for (const PCurve& p : edge.pcurves) {
-      ASSERT_TRUE(p.curve >= 0 && in_range(p.curve, model.curves2.size()));
-      ASSERT_TRUE(in_range(p.curve2, model.curves2.size()));
-      ASSERT_TRUE(p.surface >= 0 && in_range(p.surface, model.surfaces.size()));
-      ASSERT_TRUE(in_range(p.location, model.locations.size()));
-    }
-  }
-  for (const FaceData& face : model.faces) ASSERT_TRUE(in_range(face.surface, model.surfaces.size()));
-  for (std::size_t i = 0; i < model.shapes.size(); ++i) {
-    for (const ShapeUse& use : model.shapes[i].children) {
-      ASSERT_TRUE(use.shape >= 0 && use.shape < static_cast<std::int32_t>(i));
-      ASSERT_TRUE(in_range(use.location, model.locations.size()));
-    }
-  }
-}
-
 TEST(BintoolsHostile, EveryTruncationIsAnError) {
   for (const char* name : kStreams) {
     const Bytes bytes = testing::read_stream(name);
@@ -108,7 +62,7 @@ TEST(BintoolsHostile, EveryFlippedBitIsAnErrorOrAValidModel) {
         const std::byte before = bytes[i];
         bytes[i] ^= std::byte{1} << bit;
         try {
-          check_promises(parse_bintools(bytes));
+          testing::check_promises(parse_bintools(bytes));
         } catch (const FormatError&) {
         }
         bytes[i] = before;
@@ -129,7 +83,7 @@ TEST(BintoolsHostile, RandomDamageIsAnErrorOrAValidModel) {
         std::memcpy(damaged.data() + at, &values[random() % 6], 4);
       }
       try {
-        check_promises(parse_bintools(damaged));
+        testing::check_promises(parse_bintools(damaged));
       } catch (const FormatError&) {
       }
     }

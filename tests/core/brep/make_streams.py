@@ -210,7 +210,9 @@ def surfaces() -> None:
     left = gp_Ax3(gp_Pnt(1, 2, 3), gp_Dir(0, 0, 1), gp_Dir(0, 1, 0))
     left.YReverse()
     line = Geom_Line(gp_Pnt(4, 0, 0), gp_Dir(0, 0, 1))
-    spline_curve = Geom_BSplineCurve(points([(0, 0, 0), (1, 1, 0), (2, 0, 0)]), reals([0, 1]), integers([3, 3]), 2)
+    spline_curve = Geom_BSplineCurve(
+        points([(0, 0, 0), (1, 1, 0), (2, 0, 0)]), reals([0, 1]), integers([3, 3]), 2
+    )
     spline = Geom_BSplineSurface(
         pole_grid(4, 3), reals([0, 0.5, 2]), reals([-1, 1]), integers([3, 1, 3]), integers([3, 3]), 2, 2
     )
