@@ -170,6 +170,7 @@ class ShapeReader {
       : in_(in), model_(model), tables_(tables), count_(count) {
     model_.shapes.reserve(count);
     depths_.reserve(count);
+    uses_.reserve(count);
   }
 
   void read_one() {
@@ -202,6 +203,7 @@ class ShapeReader {
   void read_children(Shape& shape) {
     const auto position = static_cast<std::int32_t>(model_.shapes.size());
     int depth = 0;
+    std::int64_t uses = 0;
     for (std::uint8_t code = in_.byte(); code != '*'; code = in_.byte()) {
       if (code > 3) in_.fail("unknown orientation");
       // Stored counting from the last shape: count for the first one, 1 for the last one.
@@ -213,17 +215,21 @@ class ShapeReader {
       use.orientation = static_cast<Orientation>(code);
       use.location = read_location(in_, tables_);
       depth = std::max(depth, depths_[use.shape] + 1);
+      uses += 1 + uses_[use.shape];
+      if (uses > kMaxShapeUses) in_.fail("too many uses of shapes");
       shape.children.push_back(use);
     }
     if (depth > kMaxShapeDepth) in_.fail("shapes nested too deeply");
     depths_.push_back(depth);
+    uses_.push_back(uses);
   }
 
   ByteReader& in_;
   Model& model_;
   const StreamTables& tables_;
   std::int32_t count_;
-  std::vector<int> depths_;  // longest way down from each shape
+  std::vector<int> depths_;          // longest way down from each shape
+  std::vector<std::int64_t> uses_;  // uses that a walk down from each shape meets
 };
 
 }  // namespace

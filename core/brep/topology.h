@@ -8,7 +8,8 @@
 //   - degrees are in [1, kMaxDegree], there are at least 2 knots with multiplicities in [1, degree + 1],
 //     and poles, weights, knots and multiplicities agree in number (periodic or not);
 //   - shapes have children of the kinds that OpenCascade allows (a wire has edges, a shell faces, ...),
-//     all at smaller positions, and no way from a shape down to a vertex is longer than kMaxShapeDepth.
+//     all at smaller positions, no way from a shape down to a vertex is longer than kMaxShapeDepth, and
+//     a walk down from a shape, meeting shared shapes once per use, takes at most kMaxShapeUses steps.
 #pragma once
 
 #include <cstdint>
@@ -24,6 +25,8 @@ inline constexpr int kMaxDegree = 25;
 inline constexpr int kMaxBasisDepth = 16;
 // So that a recursive walk of the graph is safe.
 inline constexpr int kMaxShapeDepth = 256;
+// So that compounds of compounds do not multiply without end: about 4 million faces.
+inline constexpr std::int64_t kMaxShapeUses = std::int64_t{1} << 26;
 
 enum class CurveKind : std::uint8_t {
   kLine, kCircle, kEllipse, kParabola, kHyperbola, kBezier, kBspline, kTrimmed, kOffset

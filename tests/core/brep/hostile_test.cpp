@@ -132,14 +132,15 @@ TEST(BintoolsHostile, NestingOfBasisCurvesIsBounded) {
   EXPECT_NE(failure(nested_trims(1000000)).find("nested too deeply"), std::string::npos);
 }
 
-// A chain of compounds, each the only child of the next; child() gives the stored index for shape i.
+// A chain of compounds, each the only child of the next, `uses` times; child() gives the stored index
+// for shape i.
 template <typename Child>
-Bytes compounds(std::int32_t count, Child child) {
+Bytes compounds(std::int32_t count, Child child, int uses = 1) {
   std::string text = "\nOpen CASCADE Topology V4, (c) Open Cascade\nLocations 0\nCurve2ds 0\nCurves 0\nPolygon3D 0\n";
   text += "PolygonOnTriangulations 0\nSurfaces 0\nTriangulations 0\n\nTShapes " + std::to_string(count) + "\n";
   for (std::int32_t i = 0; i < count; ++i) {
     text += std::string(8, '\0');
-    if (i > 0) {
+    for (int k = 0; i > 0 && k < uses; ++k) {
       const std::int32_t values[2] = {child(i), 0};
       text += std::string(1, '\0') + std::string(reinterpret_cast<const char*>(values), 8);
     }
@@ -155,6 +156,16 @@ TEST(BintoolsHostile, NestingOfShapesIsBounded) {
   };
   EXPECT_EQ(parse_bintools(chain(kMaxShapeDepth + 1)).shapes.size(), kMaxShapeDepth + 1u);
   EXPECT_NE(failure(chain(kMaxShapeDepth + 2)).find("nested too deeply"), std::string::npos);
+}
+
+TEST(BintoolsHostile, UsesOfShapesCannotMultiplyWithoutEnd) {
+  // The root of n compounds, each holding the one before twice, meets 2^n - 2 uses.
+  const auto doubling = [](std::int32_t count) {
+    return compounds(count, [count](std::int32_t i) { return count - i + 1; }, 2);
+  };
+  EXPECT_EQ(parse_bintools(doubling(26)).shapes.size(), 26u);
+  EXPECT_NE(failure(doubling(28)).find("too many uses"), std::string::npos);
+  EXPECT_NE(failure(doubling(200)).find("too many uses"), std::string::npos);
 }
 
 TEST(BintoolsHostile, ShapesCannotContainThemselvesOrLaterOnes) {

@@ -85,6 +85,7 @@ inline void promise_surfaces(const brep::Model& model) {
 inline void promise_shapes(const brep::Model& model) {
   using brep::ShapeKind;
   std::vector<int> depth(model.shapes.size());
+  std::vector<std::int64_t> uses(model.shapes.size());
   for (std::size_t i = 0; i < model.shapes.size(); ++i) {
     const brep::Shape& shape = model.shapes[i];
     if (shape.kind == ShapeKind::kVertex) {
@@ -102,7 +103,9 @@ inline void promise_shapes(const brep::Model& model) {
       const ShapeKind kind = model.shapes[use.shape].kind;
       promise(shape.kind == ShapeKind::kCompound || kind > shape.kind, "kind of a child");
       depth[i] = std::max(depth[i], depth[use.shape] + 1);
+      uses[i] += 1 + uses[use.shape];
     }
+    promise(uses[i] <= brep::kMaxShapeUses, "number of uses");
     promise(depth[i] <= brep::kMaxShapeDepth, "depth of shapes");
   }
 }
