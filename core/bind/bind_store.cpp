@@ -1,5 +1,4 @@
 // NurbsStore: built, saved, loaded, and told about in arrays.
-#include <cstring>
 #include <memory>
 
 #include <nanobind/stl/pair.h>
@@ -10,7 +9,6 @@
 #include "core/bind/bind.h"
 #include "core/nurbs/build_store.h"
 #include "core/trace/extent.h"
-#include "core/trace/render.h"
 
 namespace trimray::bind {
 
@@ -71,10 +69,12 @@ Out<float> face_colors(const NurbsStore& store) {
   return array(std::move(values), {store.faces.size(), 4});
 }
 
+// What faces without a colour of their own take: the instance's, else the prototype's, else red -1.
 Out<float> instance_colors(const NurbsStore& store) {
-  std::vector<float> values(4 * store.instances.size());
-  for (std::size_t i = 0; i < store.instances.size(); ++i) {
-    trace::face_color(store, kNoFace, static_cast<std::int32_t>(i), &values[4 * i]);
+  std::vector<float> values;
+  for (const nurbs::Instance& i : store.instances) {
+    const float* color = i.color[0] >= 0.0f ? i.color : store.prototypes[i.prototype].color;
+    values.insert(values.end(), color, color + 4);
   }
   return array(std::move(values), {store.instances.size(), 4});
 }
@@ -120,6 +120,30 @@ std::pair<Out<double>, Out<double>> extent(const NurbsStore& store, int threads)
   return {array(std::move(bounds), {2, 3}), array(std::move(points), {e.points.size(), 3})};
 }
 
+// Places in the world that a ray may be aimed at to test parity: every vertex, and the start, middle and end of
+// every edge piece; with the numbers of closed and open shells over all instances.
+nb::tuple parity_targets(const NurbsStore& store) {
+  std::vector<double> points;
+  std::int32_t closed = 0, open = 0;
+  for (const nurbs::Instance& instance : store.instances) {
+    const nurbs::Prototype& p = store.prototypes[instance.prototype];
+    const auto add = [&](const dvec3& local) {
+      const dvec3 q = instance.placement.point(local);
+      points.insert(points.end(), {q.x, q.y, q.z});
+    };
+    for (std::int32_t s = p.shells.begin; s < p.shells.end; ++s) ++(store.shells[s].closed ? closed : open);
+    for (std::int32_t v = p.vertices.begin; v < p.vertices.end; ++v) add(store.vertices[v].point);
+    for (std::int32_t e = p.edges.begin; e < p.edges.end; ++e) {
+      const nurbs::Range pieces = store.edges[e].pieces;
+      for (std::int32_t i = pieces.begin; i < pieces.end; ++i) {
+        for (const double t : {0.0, 0.5, 1.0}) add(trace::edge_piece_point(store, store.edge_pieces[i], t));
+      }
+    }
+  }
+  const std::size_t count = points.size() / 3;
+  return nb::make_tuple(array(std::move(points), {count, 3}), closed, open);
+}
+
 }  // namespace
 
 void bind_store(nb::module_& m) {
@@ -159,9 +183,11 @@ void bind_store(nb::module_& m) {
              return array(std::move(values), {count});
            }, "(n,) int32.")
       .def("instance_placements", &placements, "(n, 3, 4) float64, prototype to world, mm.")
-      .def("instance_colors", &instance_colors, "(n, 4) float32, sRGB-encoded: of faces without a colour of their own.")
+      .def("instance_colors", &instance_colors, "(n, 4) float32, sRGB-encoded: of faces without a colour of their own; red -1 where there is none.")
       .def("prototype_faces", &prototype_faces, "(n, 2) int32: first face and one past the last.")
       .def("prototype_shells", &prototype_shells, "(n, 2) int32: closed and open shells.")
+      .def("parity_targets", &parity_targets,
+           "Points (n, 3) float64, world, mm, on every vertex and edge; closed shells; open shells, over all instances.")
       .def("extent", &extent, nb::arg("threads") = 0,
            "Tight bounds (2, 3) float64 and outline points (n, 3) float64, world, mm; inf, -inf when nothing can be drawn.");
 }

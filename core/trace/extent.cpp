@@ -12,6 +12,16 @@
 
 namespace trimray::trace {
 
+dvec3 edge_piece_point(const nurbs::NurbsStore& store, const nurbs::CurvePiece& piece, double t) {
+  dvec4 net[32];  // degree <= 25 in OpenCascade
+  const int count = std::min<int>(piece.ctrl.size(), 32);
+  std::copy_n(&store.edge_ctrl_h[piece.ctrl.begin], count, net);
+  for (int level = count - 1; level > 0; --level) {
+    for (int i = 0; i < level; ++i) net[i] = (1.0 - t) * net[i] + t * net[i + 1];
+  }
+  return dvec3(net[0].x, net[0].y, net[0].z) / net[0].w;
+}
+
 namespace {
 
 using nurbs::Face;
@@ -32,22 +42,12 @@ struct Samples {
   dvec2 step{0.0};                          // faces only: of the grid
 };
 
-dvec3 curve_point(const NurbsStore& store, const nurbs::CurvePiece& piece, double t) {
-  dvec4 net[32];  // degree <= 25 in OpenCascade
-  const int count = std::min<int>(piece.ctrl.size(), 32);
-  std::copy_n(&store.edge_ctrl_h[piece.ctrl.begin], count, net);
-  for (int level = count - 1; level > 0; --level) {
-    for (int i = 0; i < level; ++i) net[i] = (1.0 - t) * net[i] + t * net[i + 1];
-  }
-  return dvec3(net[0].x, net[0].y, net[0].z) / net[0].w;
-}
-
 Samples sample_piece(const NurbsStore& store, std::int32_t index) {
   const nurbs::CurvePiece& piece = store.edge_pieces[index];
   Samples s;
   s.piece = index;
   const int steps = piece.ctrl.size() <= 2 ? 1 : kCurveSteps;
-  for (int i = 0; i <= steps; ++i) s.points.push_back(curve_point(store, piece, static_cast<double>(i) / steps));
+  for (int i = 0; i <= steps; ++i) s.points.push_back(edge_piece_point(store, piece, static_cast<double>(i) / steps));
   for (std::size_t i = 1; i < s.points.size(); ++i) s.gap = std::max(s.gap, glm::distance(s.points[i - 1], s.points[i]));
   return s;
 }
@@ -123,13 +123,13 @@ dvec3 polish_piece(const NurbsStore& store, const Samples& s, std::size_t i, con
   const double steps = static_cast<double>(s.points.size() - 1);
   double a = std::max(0.0, (static_cast<double>(i) - 1.0) / steps), b = std::min(1.0, (static_cast<double>(i) + 1.0) / steps);
   constexpr double kGolden = std::numbers::phi - 1.0;
-  const auto value = [&](double t) { return glm::dot(d, curve_point(store, piece, t)); };
+  const auto value = [&](double t) { return glm::dot(d, edge_piece_point(store, piece, t)); };
   double x = b - kGolden * (b - a), y = a + kGolden * (b - a), fx = value(x), fy = value(y);
   for (int k = 0; k < 48; ++k) {
     if (fx > fy) b = y, y = x, fy = fx, x = b - kGolden * (b - a), fx = value(x);
     else a = x, x = y, fx = fy, y = a + kGolden * (b - a), fy = value(y);
   }
-  const dvec3 p = curve_point(store, piece, 0.5 * (a + b));
+  const dvec3 p = edge_piece_point(store, piece, 0.5 * (a + b));
   return glm::dot(d, p) > glm::dot(d, s.points[i]) ? p : s.points[i];
 }
 

@@ -21,4 +21,7 @@ struct Extent {
 
 Extent model_extent(const nurbs::NurbsStore& store, int threads = 0);
 
+// Point of an edge's piece at t in [0, 1] (de Casteljau), in the prototype's coordinates.
+dvec3 edge_piece_point(const nurbs::NurbsStore& store, const nurbs::CurvePiece& piece, double t);
+
 }  // namespace trimray::trace

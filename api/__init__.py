@@ -1,0 +1,81 @@
+"""trimray: exact pictures of STEP and IGES files.
+
+    model = trimray.load("part.step")
+    model.render((1024, 768), view="iso").save("part.png")
+    hits = model.cast(origins, directions)
+
+Lengths are mm, angles radians unless a name says otherwise. Every error is a ``trimray.Error``; its subclasses are
+UsageError, InputError (and EmptyError), OutputError, LimitError (TimeLimitError, MemoryLimitError).
+
+Names are imported when first used, so that ``import trimray`` costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+from .version import __version__
+
+if TYPE_CHECKING:
+    from .faces import Face, Instance
+    from .frame import AOVS, Frame
+    from .hits import Hits
+    from .importer.errors import (
+        EmptyError,
+        Error,
+        InputError,
+        LimitError,
+        MemoryLimitError,
+        OutputError,
+        TimeLimitError,
+        UsageError,
+    )
+    from .model import Model, load
+    from .report import Issue, Report
+
+__all__ = [
+    "AOVS",
+    "EmptyError",
+    "Error",
+    "Face",
+    "Frame",
+    "Hits",
+    "InputError",
+    "Instance",
+    "Issue",
+    "LimitError",
+    "MemoryLimitError",
+    "Model",
+    "OutputError",
+    "Report",
+    "TimeLimitError",
+    "UsageError",
+    "__version__",
+    "load",
+]
+
+_HOME = {
+    "load": "model",
+    "Model": "model",
+    "Face": "faces",
+    "Instance": "faces",
+    "Frame": "frame",
+    "AOVS": "frame",
+    "Hits": "hits",
+    "Report": "report",
+    "Issue": "report",
+} | {name: "importer.errors" for name in __all__ if name.endswith("Error")}
+
+
+def __getattr__(name: str) -> object:
+    home = _HOME.get(name)
+    if home is None:
+        raise AttributeError(f"module 'trimray' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f".{home}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

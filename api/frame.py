@@ -1,0 +1,73 @@
+"""Frame: a picture as named planes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .importer.errors import UsageError
+from .views import choose
+
+AOVS = ("color", "depth", "position", "normal", "uv", "face", "instance")
+
+Plane = npt.NDArray[np.float32] | npt.NDArray[np.float64] | npt.NDArray[np.int32]
+
+
+class Frame(Mapping[str, npt.NDArray[Any]]):
+    """A rendered picture; ``frame["depth"]`` is one of its planes, rows from the top.
+
+    color: (h, w, 4) float32, sRGB-encoded, straight alpha, filtered over the pixel.
+    depth: (h, w) float64, mm along the pixel's ray, from the image plane (orthographic) or the eye; inf: nothing.
+    position: (h, w, 3) float64, mm, world. normal: (h, w, 3) float64, unit, outward geometric normal, world.
+    uv: (h, w, 2) float64, parameters of the file's surface.
+    face, instance: (h, w) int32; -1: nothing.
+    All but color belong to the one ray through the pixel's centre and are never filtered; where it meets nothing, position,
+    normal and uv are 0.
+    """
+
+    def __init__(self, planes: dict[str, npt.NDArray[Any]], size: tuple[int, int]) -> None:
+        self._planes = planes
+        self.width, self.height = size
+
+    @property
+    def aovs(self) -> tuple[str, ...]:
+        """Names of the planes that were asked for."""
+        return tuple(self._planes)
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        if name not in self._planes and name in AOVS:
+            raise KeyError(f"'{name}' was not rendered: ask for it with aovs=")
+        return self._planes[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._planes)
+
+    def __len__(self) -> int:
+        return len(self._planes)
+
+    def __repr__(self) -> str:
+        return f"<Frame {self.width} x {self.height}: {', '.join(self._planes)}>"
+
+    def save(self, path: str | os.PathLike[str] | IO[bytes], *, format: str | None = None) -> None:
+        """Writes the picture: PNG, JPEG, WebP or TIFF (color only), or EXR (every plane, as named channels).
+
+        path: a file, or an open binary stream. format: "png", "jpeg", "webp", "tiff" or "exr"; by default the one of the
+        path's extension. The file appears whole or not at all, and equal frames give equal bytes.
+        Raises OutputError; UsageError for an unknown or unfit format.
+        """
+        from . import image_io
+
+        image_io.save(self, path, format)
+
+
+def parse_aovs(aovs: object) -> tuple[str, ...]:
+    """Names of AOVS, each once, in the order of AOVS. Takes a sequence or "a,b". Raises UsageError."""
+    names = aovs.replace(" ", "").split(",") if isinstance(aovs, str) else list(aovs)  # type: ignore[call-overload]
+    if not names:
+        raise UsageError("aovs: nothing asked for")
+    asked = {choose("aov", name, AOVS) for name in names}
+    return tuple(name for name in AOVS if name in asked)

@@ -1,0 +1,208 @@
+"""Frames to image files. The only module that knows OpenImageIO."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .importer.errors import OutputError, UsageError
+from .version import __version__
+from .views import did_you_mean
+
+if TYPE_CHECKING:
+    from .frame import Frame
+
+# Format -> OpenImageIO's name of it.
+FORMATS = {"png": "png", "jpeg": "jpeg", "webp": "webp", "tiff": "tiff", "exr": "openexr"}
+EXTENSIONS = {
+    ".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".webp": "webp", ".tif": "tiff", ".tiff": "tiff", ".exr": "exr",
+}  # fmt: skip
+
+# EXR channels of each plane; layers bear the AOV's name.
+CHANNELS = {
+    "color": ("R", "G", "B", "A"),
+    "depth": ("depth.Z",),
+    "position": ("position.X", "position.Y", "position.Z"),
+    "normal": ("normal.X", "normal.Y", "normal.Z"),
+    "uv": ("uv.U", "uv.V"),
+    "face": ("face.I",),
+    "instance": ("instance.I",),
+}
+
+# float32 holds every integer up to here, so ids keep their value (and -1 for nothing) in a float channel.
+_MAX_EXACT_ID = 1 << 24
+
+
+def format_of(path: str | os.PathLike[str], format: str | None = None) -> str:
+    """The format of FORMATS to write: the one asked for, else the one of the extension. Raises UsageError."""
+    if format is not None:
+        name = {"jpg": "jpeg", "tif": "tiff"}.get(format.lower(), format.lower())
+    else:
+        extension = os.path.splitext(os.fspath(path))[1].lower()
+        if not extension:
+            raise UsageError(f"{os.fspath(path)}: no extension to choose a format by; give one of: {', '.join(FORMATS)}")
+        name = EXTENSIONS.get(extension, extension[1:])
+    if name in FORMATS:
+        return name
+    if name in ("avif", "heic", "heif"):
+        raise UsageError(f"{name.upper()} is not written: the OpenImageIO wheel lacks it; use webp, png or exr")
+    raise UsageError(f"unknown picture format '{name}'{did_you_mean(name, FORMATS) or ','} one of: {', '.join(FORMATS)}")
+
+
+def check_fit(format: str, aovs: tuple[str, ...], opaque: bool) -> None:
+    """Raises UsageError when a picture with these planes cannot go into the format: before it is rendered, not after."""
+    others = [name for name in aovs if name != "color"]
+    if format != "exr" and others:
+        raise UsageError(f"{format} holds the colour only, not {', '.join(others)}: write exr")
+    if format == "jpeg" and not opaque:
+        raise UsageError("jpeg has no transparency: choose another format or background")
+
+
+def save(frame: Frame, path: str | os.PathLike[str] | IO[bytes], format: str | None) -> None:
+    """Writes a frame, whole or not at all. Raises OutputError, UsageError."""
+    if not isinstance(path, str | os.PathLike):
+        path.write(encode(frame, format_of("", format or "png")))
+        return
+    data = encode(frame, format_of(path, format))
+    write_file(os.fspath(path), data)
+
+
+def encode(frame: Frame, format: str) -> bytes:
+    """The bytes of the image file; equal frames give equal bytes. Raises UsageError, OutputError."""
+    opaque = "color" not in frame or bool(frame["color"][..., 3].min() >= 1.0)
+    check_fit(format, frame.aovs, opaque)
+    names, pixels = _exr_pixels(frame) if format == "exr" else _byte_pixels(frame, opaque)
+    return _encode(format, names, pixels)
+
+
+def _byte_pixels(frame: Frame, opaque: bool) -> tuple[tuple[str, ...], npt.NDArray[Any]]:
+    """8 bits a channel, straight alpha, without the alpha channel when it says nothing."""
+    names = CHANNELS["color"][: 3 if opaque else 4]
+    color = frame["color"][..., : len(names)]
+    return names, np.ascontiguousarray((np.clip(color, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8))
+
+
+def _exr_pixels(frame: Frame) -> tuple[tuple[str, ...], npt.NDArray[Any]]:
+    """float32; colour linear with associated alpha, as EXR wants it."""
+    names: list[str] = []
+    planes: list[npt.NDArray[Any]] = []
+    for aov in frame.aovs:
+        plane = frame[aov]
+        if aov == "color":
+            alpha = plane[..., 3:].astype(np.float64)
+            plane = np.concatenate([_linear(plane[..., :3].astype(np.float64)) * alpha, alpha], axis=-1)
+        if plane.dtype == np.int32 and plane.size and int(plane.max()) > _MAX_EXACT_ID:
+            raise UsageError(f"exr: {aov} numbers above {_MAX_EXACT_ID} do not fit its float channels")
+        planes.append(plane.reshape(frame.height, frame.width, -1).astype(np.float32))
+        names.extend(CHANNELS[aov])
+    return tuple(names), np.ascontiguousarray(np.concatenate(planes, axis=-1))
+
+
+def _linear(encoded: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def _encode(format: str, names: tuple[str, ...], pixels: npt.NDArray[Any]) -> bytes:
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, "uint8" if pixels.dtype == np.uint8 else "float")
+    spec.channelnames = names
+    spec.alpha_channel = names.index("A") if "A" in names else -1
+    spec.attribute("Software", f"trimray {__version__}")
+    spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if format == "exr" else "srgb_rec709_scene")
+    # An empty date keeps OpenImageIO from writing the present one.
+    spec.attribute("DateTime", _date())
+    spec.attribute("oiio:UnassociatedAlpha", 1 if format != "exr" else 0)
+    if format == "webp":
+        spec.attribute("compression", "lossless")
+    elif format == "jpeg":
+        spec.attribute("compression", "jpeg:95")
+        spec.attribute("jpeg:subsampling", "4:4:4")
+    elif format in ("tiff", "exr"):
+        spec.attribute("compression", "zip")
+    with _scratch() as (descriptor, name):
+        output = oiio.ImageOutput.create(FORMATS[format])
+        if output is None:
+            raise OutputError(f"{format}: this OpenImageIO ({oiio.VERSION_STRING}) does not write it")
+        if not (output.open(name, spec) and output.write_image(pixels) and output.close()):
+            raise OutputError(f"{format}: {output.geterror() or 'OpenImageIO failed'}")
+        return _content(descriptor)
+
+
+@contextmanager
+def _scratch() -> Iterator[tuple[int, str]]:
+    """An unnamed file in memory that OpenImageIO can open by a path; a temporary file where there is no memfd."""
+    if hasattr(os, "memfd_create") and os.path.isdir("/proc/self/fd"):
+        descriptor = os.memfd_create("trimray")
+        try:
+            yield descriptor, f"/proc/self/fd/{descriptor}"
+        finally:
+            os.close(descriptor)
+    else:
+        with tempfile.NamedTemporaryFile(prefix="trimray-") as file:
+            yield file.fileno(), file.name
+
+
+def _content(descriptor: int) -> bytes:
+    size = os.fstat(descriptor).st_size
+    return os.pread(descriptor, size, 0) if size < (1 << 30) else _long_content(descriptor, size)
+
+
+def _long_content(descriptor: int, size: int) -> bytes:
+    """One pread gives at most 2 GiB."""
+    parts = [os.pread(descriptor, 1 << 30, at) for at in range(0, size, 1 << 30)]
+    return b"".join(parts)
+
+
+def _date() -> str:
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if not epoch.isdigit():
+        return ""
+    try:
+        return datetime.fromtimestamp(int(epoch), UTC).strftime("%Y:%m:%d %H:%M:%S")
+    except (OverflowError, ValueError, OSError):
+        return ""
+
+
+def write_file(path: str, data: bytes) -> None:
+    """Puts data at path: beside it under a temporary name, then renamed, so that nobody ever sees a half of it.
+
+    A device or a pipe is written to directly. Raises OutputError; nothing is left behind.
+    """
+    try:
+        target = os.path.realpath(path)
+        if os.path.exists(target) and not stat.S_ISREG(os.stat(target).st_mode):
+            if os.path.isdir(target):
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            with open(target, "wb") as device:
+                device.write(data)
+            return
+        if os.path.exists(target) and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        _replace(target, data)
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: not written: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _replace(target: str, data: bytes) -> None:
+    folder, name = os.path.split(target)
+    temporary = os.path.join(folder, f".{name[:200]}.{os.urandom(6).hex()}.part")
+    try:
+        descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        with open(descriptor, "wb") as file:
+            file.write(data)
+        os.replace(temporary, target)
+    except BaseException:
+        if os.path.lexists(temporary):
+            os.unlink(temporary)
+        raise

@@ -1,0 +1,403 @@
+"""load and Model: a CAD file as exact surfaces, to be looked at and asked with rays."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, cache
+from .faces import Face, Faces, Instance, color_or_none
+from .frame import Frame, parse_aovs
+from .hits import Hits, check_rays
+from .importer.errors import EmptyError, InputError, UsageError
+from .report import Report, make_report
+from .run import run_watched
+from .views import (
+    MODES,
+    PROJECTIONS,
+    UP_AXES,
+    Background,
+    View,
+    choose,
+    parse_background,
+    parse_samples,
+    parse_size,
+    parse_view,
+)
+
+Heal = Literal["default", "off", "strict"]
+Mode = Literal["standard", "reference"]
+Progress = Callable[[str, float | None], None]
+
+# Rays a cast gives to the core at once; between two such portions Ctrl-C is heard.
+_PORTION = {"standard": 1 << 20, "reference": 1 << 10}
+
+
+def load(
+    path_or_shape: Any,
+    *,
+    cache: bool = True,
+    heal: Heal = "default",
+    precision: float | None = None,
+    time_limit: float | None = None,
+    memory_limit: int | None = None,
+    name: str | None = None,
+    progress: Progress | None = None,
+) -> Model:
+    """Reads a model: STEP, IGES or BREP, also compressed, or a shape given in Python.
+
+    path_or_shape: a path; bytes (``name`` then stands for the path); a cadquery Workplane, Shape or Assembly; an OCP shape.
+    cache: keep the imported surfaces under $XDG_CACHE_HOME/trimray and use them again; never for shapes given in Python.
+    heal: "default" is what OpenCascade's readers do, "off" leaves the file's geometry alone, "strict" reports every repair.
+    precision: mm, below it points are taken as equal and IGES faces are sewn; by default the file's own.
+    time_limit: seconds, memory_limit: bytes, of the child process that reads the file; none by default.
+    progress: called with a stage and a fraction or None.
+
+    A face that cannot be drawn is no error: see ``Model.report``. Raises InputError for what cannot be read, EmptyError where
+    there is no face, TimeLimitError, MemoryLimitError, UsageError.
+    """
+    options = {"heal": heal, "precision": precision}
+    limits = {"time_limit": time_limit, "memory_limit": memory_limit}
+    path = path_or_shape
+    if not isinstance(path, str | os.PathLike | bytes):
+        return _import(path, None, name, options, limits, progress)
+    data = path if isinstance(path, bytes) else _read(path)
+    shown = name or (os.fsdecode(path) if not isinstance(path, bytes) else "<bytes>")
+    if not cache:
+        return _import(path, None, name, options, limits, progress)
+    key = _cache.key(data, os.path.splitext(shown)[1], options)
+    return _from_cache(key, path) or _import(path, key, name, options, limits, progress)
+
+
+_cache = cache  # load's argument bears the module's name
+
+
+def _read(path: str | os.PathLike[str]) -> bytes:
+    """A file's bytes; whatever is no readable regular file is an InputError."""
+    shown = os.fsdecode(path)
+    try:
+        if os.path.isdir(path):
+            raise InputError(f"{shown}: is a directory")
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise InputError(f"{shown}: not a regular file")
+        with open(path, "rb") as file:
+            data = file.read()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{shown}: {getattr(error, 'strerror', None) or error}") from None
+    if not data:
+        raise InputError(f"{shown}: empty")
+    return data
+
+
+def _references(meta: dict[str, Any]) -> dict[str, str]:
+    """SHA-256 of the files that the model refers to, by path: they are part of the input."""
+    import hashlib
+
+    found: dict[str, str] = {}
+    for path in meta.get("source", {}).get("references", ()):
+        try:
+            with open(path, "rb") as file:
+                found[str(path)] = hashlib.sha256(file.read()).hexdigest()
+        except OSError:
+            found[str(path)] = ""
+    return found
+
+
+def _from_cache(key: str, path: object) -> Model | None:
+    start = time.perf_counter()
+    entry = cache.read(key)
+    if entry is None:
+        return None
+    try:
+        if entry.facts["references"] and entry.facts["references"] != _references(
+            {"source": {"references": list(entry.facts["references"])}}
+        ):
+            return None
+        store = _core.Store.load(entry.store)
+        bounds = np.array(entry.facts["bounds"], np.float64).reshape(2, 3)
+        outline = np.array(entry.facts["outline"], np.float64).reshape(-1, 3)
+    except (_core.CoreError, KeyError, TypeError, ValueError):
+        return None
+    seconds = {**entry.facts.get("seconds", {}), "cache": time.perf_counter() - start}
+    return Model(store, seconds=seconds, extent=(bounds, outline), cached=True)
+
+
+def _import(
+    source: Any,
+    key: str | None,
+    name: str | None,
+    options: dict[str, Any],
+    limits: dict[str, Any],
+    progress: Progress | None,
+) -> Model:
+    from .importer import read_model
+
+    brep = read_model(source, name=name, progress=progress, **options, **limits)
+    seconds: dict[str, float] = {}
+    start = time.perf_counter()
+    if progress is not None:
+        progress("store", None)
+    try:
+        store = _core.Store.build(
+            brep.brep,
+            brep.prototype_shapes,
+            brep.prototype_colors,
+            brep.face_color_shapes,
+            brep.face_colors,
+            brep.instance_prototypes,
+            brep.instance_placements,
+            brep.instance_colors,
+            brep.meta_json(),
+        )
+    except _core.CoreError as error:
+        shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "model")
+        raise InputError(f"{shown}: {error}") from None
+    seconds["store"] = time.perf_counter() - start
+    model = Model(store, seconds=seconds)
+    if key is not None:
+        start = time.perf_counter()
+        bounds, outline = model._extent
+        seconds["extent"] = time.perf_counter() - start
+        facts = {
+            "references": _references(model._meta),
+            "bounds": bounds.ravel().tolist(),
+            "outline": outline.ravel().tolist(),
+            "seconds": seconds,
+        }
+        if np.isfinite(bounds).all():
+            cache.write(key, cache.Entry(facts, store.save()))
+    return model
+
+
+class Model:
+    """A model ready for rays. Made by ``load``; immutable; may be used from several threads."""
+
+    def __init__(
+        self,
+        store: _core.Store,
+        *,
+        seconds: dict[str, float],
+        extent: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None,
+        cached: bool = False,
+    ) -> None:
+        self._core = store
+        self._seconds = seconds
+        self._cached = cached
+        if extent is not None:
+            self.__dict__["_extent"] = extent
+
+    def __repr__(self) -> str:
+        return f"<Model: {len(self.faces)} faces, {len(self.instances)} instances>"
+
+    @cached_property
+    def _meta(self) -> dict[str, Any]:
+        meta = json.loads(self._core.meta or "{}")
+        return meta if isinstance(meta, dict) else {}
+
+    @cached_property
+    def _extent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Tight bounds (2, 3) and outline points (n, 3); the bounds are inf, -inf when nothing can be drawn."""
+        return self._core.extent()
+
+    @cached_property
+    def _scene(self) -> _core.Scene:
+        start = time.perf_counter()
+        scene = _core.Scene(self._core)
+        self._seconds["hierarchy"] = time.perf_counter() - start
+        return scene
+
+    @property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) float64, mm: lower and upper corner of the tight box, in the world, of all faces that can be drawn.
+
+        Raises EmptyError when there is none.
+        """
+        bounds = self._extent[0]
+        if not np.isfinite(bounds).all():
+            raise EmptyError("no face can be drawn")
+        return bounds.copy()
+
+    @property
+    def unit(self) -> str:
+        """The length unit of the file, such as "mm" or "in". Every length in the API is mm, whatever the file's unit."""
+        return str(self._meta.get("unit", "mm"))
+
+    @cached_property
+    def faces(self) -> Sequence[Face]:
+        """All faces, in the order of their numbers, those that cannot be drawn included."""
+        parts = self._core.instance_prototypes()
+        colors = self._core.instance_colors()
+        first = {int(part): color_or_none(color) for part, color in zip(parts[::-1], colors[::-1], strict=True)}
+        shapes = self._core.face_shapes()
+        numbers: dict[str, list[int]] = {}
+        for number, shape in enumerate(shapes.tolist()):
+            numbers.setdefault(str(shape), []).append(number)
+        names = {n: str(text) for shape, text in self._meta.get("face_names", {}).items() for n in numbers.get(shape, ())}
+        return Faces(
+            self._core.face_kinds(),
+            self._core.face_statuses(),
+            self._core.face_colors(),
+            self._core.face_prototypes(),
+            self._part_names,
+            first,
+            names,
+        )
+
+    @cached_property
+    def _part_names(self) -> list[str]:
+        return [str(p.get("name", "")) for p in self._meta.get("prototypes", ())]
+
+    @cached_property
+    def instances(self) -> Sequence[Instance]:
+        """Every place where a part stands, in the order of their numbers."""
+        parts, ranges = self._core.instance_prototypes().tolist(), self._core.prototype_faces().tolist()
+        colors, placements = self._core.instance_colors(), self._core.instance_placements()
+        named = list(self._meta.get("instances", ()))
+        result = []
+        for i, part in enumerate(parts):
+            about = named[i] if i < len(named) else {}
+            result.append(
+                Instance(
+                    number=i,
+                    name=str(about.get("name", "")),
+                    part=self._part_names[part] if part < len(self._part_names) else "",
+                    path=tuple(str(x) for x in about.get("path", ())),
+                    faces=range(*ranges[part]),
+                    placement=placements[i],
+                    color=color_or_none(colors[i]),
+                )
+            )
+        return tuple(result)
+
+    @property
+    def report(self) -> Report:
+        """What became of the file's faces, seconds per stage, peak memory."""
+        undrawn = [i for i, status in enumerate(self._core.face_statuses()) if status != "ok"]
+        source = self._meta.get("report", {})
+        return make_report(
+            (self.faces[i] for i in undrawn), self._core.face_count, source, dict(self._seconds), self._cached
+        )
+
+    def cast(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        tmin: npt.ArrayLike = 0.0,
+        tmax: npt.ArrayLike = math.inf,
+        mode: Mode = "standard",
+        threads: int = 0,
+    ) -> Hits:
+        """The nearest hit of each ray in [tmin, tmax]: exact first hits on the trimmed surfaces.
+
+        A feature in its own right: millions of rays a second, where OpenCascade's own intersector does 500 to 8,000.
+
+        origins, directions: (n, 3) float64, mm, world; one of them may be (3,), for all rays. A direction may have any
+            length but 0; t counts in multiples of it. tmin, tmax: numbers or (n,).
+        mode: "reference" asks the slow tracer that judges the fast one.
+        threads: 0 for all cores; the result is the same for any number. |error of t| <= 1e-9 of the model's diagonal.
+        Raises UsageError.
+        """
+        reference = choose("mode", mode, MODES) == "reference"
+        rays = check_rays(origins, directions, tmin, tmax)
+        portions = []
+        for part in _portions(rays, _PORTION[mode]):
+            try:
+                portions.append(self._scene.cast(*part, reference=reference, threads=threads))
+            except _core.ArgumentError as error:
+                raise UsageError(f"cast: {error}") from None
+        return Hits(*portions[0]) if len(portions) == 1 else Hits(*(np.concatenate(p) for p in zip(*portions, strict=True)))
+
+    def count_hits(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        tmin: npt.ArrayLike = 0.0,
+        tmax: npt.ArrayLike = math.inf,
+        mode: Mode = "standard",
+        threads: int = 0,
+    ) -> npt.NDArray[np.int32]:
+        """Crossings per ray in [tmin, tmax], (n,) int32: even on closed solids for rays that start outside.
+
+        Arguments and errors as in ``cast``.
+        """
+        reference = choose("mode", mode, MODES) == "reference"
+        rays = check_rays(origins, directions, tmin, tmax)
+        portions = []
+        for part in _portions(rays, _PORTION[mode]):
+            try:
+                portions.append(self._scene.count_hits(*part, reference=reference, threads=threads))
+            except _core.ArgumentError as error:
+                raise UsageError(f"count_hits: {error}") from None
+        return np.concatenate(portions)
+
+    def render(
+        self,
+        size: Sequence[int] | str = (512, 512),
+        *,
+        view: View = "iso",
+        projection: str = "orthographic",
+        up: str = "z",
+        samples: int = 4,
+        background: Background = "white",
+        mode: Mode = "standard",
+        aovs: Sequence[str] | str = ("color",),
+        orientation: bool = False,
+        threads: int = 0,
+        time_limit: float | None = None,
+        progress: Progress | None = None,
+    ) -> Frame:
+        """A picture of the whole model, fitted to the frame.
+
+        size: (width, height) in px. view: "iso", "front", "back", "left", "right", "top", "bottom", or (azimuth, elevation) in
+            degrees: azimuth 0 is the front, 90 the right side. up: the model's axis that points up, "z", "y", "x", "-z", ...
+        projection: "orthographic" or "perspective" (30 degrees across the shorter side).
+        samples: rays per pixel for the colour.
+        background: a colour (name, "#rrggbb", 3 or 4 numbers in [0, 1]), two of them for a gradient from top to bottom, or
+            "transparent".
+        aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance"; see Frame.
+        orientation: tint faces that turn their inner side to the eye.
+        threads: 0 for all cores; the bytes are the same for any number.
+        time_limit: seconds. progress: called with "hierarchy" or "trace" and a fraction or None.
+        Raises EmptyError when no face can be drawn, TimeLimitError, UsageError.
+        """
+        camera = self._camera(parse_size(size), view, projection, up)
+        names, reference = parse_aovs(aovs), choose("mode", mode, MODES) == "reference"
+        backdrop = np.array(parse_background(background), np.float32)
+        count = parse_samples(samples)
+
+        def work(tiles: _core.Progress) -> dict[str, npt.NDArray[Any]]:
+            scene = self._scene
+            start = time.perf_counter()
+            planes = scene.render(camera, list(names), count, backdrop, orientation, reference, threads, tiles)
+            self._seconds["trace"] = time.perf_counter() - start
+            return planes
+
+        planes = run_watched(work, _core.Progress(), time_limit, progress)
+        return Frame(planes, (camera.width_px, camera.height_px))
+
+    def _camera(self, size: tuple[int, int], view: View, projection: str, up: str) -> _core.Camera:
+        azimuth, elevation = parse_view(view)
+        perspective = choose("projection", projection, PROJECTIONS) == "perspective"
+        axis = getattr(_core.UpAxis, UP_AXES[choose("up", up.lower().lstrip("+"), UP_AXES)])
+        _ = self.bounds  # raises when there is nothing to look at
+        outline = np.ascontiguousarray(self._extent[1])
+        return _core.Camera.fit(azimuth, elevation, axis, outline, size[0], size[1], perspective, _FOV_DEG, _MARGIN)
+
+
+_FOV_DEG = 30.0
+_MARGIN = 0.04
+
+
+def _portions(rays: tuple[npt.NDArray[np.float64], ...], length: int) -> list[tuple[npt.NDArray[np.float64], ...]]:
+    n = len(rays[0])
+    return [tuple(a[i : i + length] for a in rays) for i in range(0, max(n, 1), length)]
