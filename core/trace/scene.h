@@ -41,8 +41,9 @@ class Scene {
   // Crossings per ray in [tmin, tmax]: even on closed solids for rays that start outside.
   void count_hits(std::span<const Ray> rays, std::span<std::int32_t> out, int threads = 0) const;
 
+  struct Impl;  // core/trace/scene_impl.h
+
  private:
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,0 +1,66 @@
+#include "core/trace/scene.h"
+
+#include <algorithm>
+#include <mutex>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/trace/scene_impl.h"
+
+namespace trimray::trace {
+namespace {
+
+constexpr std::size_t kPacketsPerTask = 16;
+
+void add(TraceStats& sum, const TraceStats& s) {
+  sum.rays += s.rays, sum.nodes += s.nodes, sum.leaves += s.leaves, sum.newton_steps += s.newton_steps;
+  sum.certified += s.certified, sum.fallbacks += s.fallbacks, sum.trim_tests += s.trim_tests;
+  sum.edge_rays += s.edge_rays;
+}
+
+}  // namespace
+
+Scene::Scene(std::shared_ptr<const nurbs::NurbsStore> store, int threads)
+    : impl_(std::make_unique<Impl>(std::move(store), threads)) {}
+Scene::Scene(Scene&&) noexcept = default;
+Scene::~Scene() = default;
+
+const nurbs::NurbsStore& Scene::store() const { return *impl_->store; }
+const SceneStats& Scene::stats() const { return impl_->stats; }
+
+void Scene::cast(std::span<const Ray> rays, std::span<Hit> out, int threads, TraceStats* stats) const {
+  if (out.size() != rays.size()) throw ArgumentError("cast: out must be as long as rays");
+  std::mutex mutex;
+  const std::size_t packets = (rays.size() + kPacketSize - 1) / kPacketSize;
+  const auto work = [&](std::size_t begin, std::size_t end) {
+    TraceStats counters;
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::size_t first = p * kPacketSize, count = std::min<std::size_t>(kPacketSize, rays.size() - first);
+      impl_->nearest(rays.subspan(first, count), out.subspan(first, count), counters);
+    }
+    if (stats == nullptr) return;
+    const std::scoped_lock lock(mutex);
+    add(*stats, counters);
+  };
+  if (threads == 1) work(0, packets); else parallel_ranges(packets, kPacketsPerTask, threads, work);
+}
+
+void Scene::cast_all(const Ray& ray, std::vector<Hit>& out) const {
+  out.clear();
+  impl_->all_hits(ray, out);
+}
+
+void Scene::count_hits(std::span<const Ray> rays, std::span<std::int32_t> out, int threads) const {
+  if (out.size() != rays.size()) throw ArgumentError("count_hits: out must be as long as rays");
+  const auto work = [&](std::size_t begin, std::size_t end) {
+    std::vector<Hit> hits;
+    for (std::size_t i = begin; i < end; ++i) {
+      hits.clear();
+      impl_->all_hits(rays[i], hits);
+      out[i] = static_cast<std::int32_t>(hits.size());
+    }
+  };
+  if (threads == 1) work(0, rays.size()); else parallel_ranges(rays.size(), 64, threads, work);
+}
+
+}  // namespace trimray::trace

@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/parallel.h"
+#include "core/base/tolerance.h"
+#include "core/trace/scene_impl.h"
+
+namespace trimray::trace {
+
+using nurbs::Coverage;
+using nurbs::FaceStatus;
+using nurbs::NurbsStore;
+
+namespace {
+
+// Twice the widest band among the face's edges: what the edge rule may still want to admit.
+std::vector<double> face_margins(const NurbsStore& store, const nurbs::Prototype& p) {
+  const double least = 4.0 * kMinBand * (p.bounds.empty() ? 1.0 : p.bounds.diagonal());
+  std::vector<double> margins(p.faces.size(), least);
+  for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
+    const nurbs::Range& loops = store.faces[f].loops;
+    for (std::int32_t l = loops.begin; l < loops.end; ++l)
+      for (std::int32_t c = store.loops[l].coedges.begin; c < store.loops[l].coedges.end; ++c) {
+        double& margin = margins[f - p.faces.begin];
+        margin = std::max(margin, 2.0 * store.edges[store.coedges[c].edge].band);
+      }
+  }
+  return margins;
+}
+
+Box3 transformed(const Transform& placement, const Box3& box) {
+  Box3 out;
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p{(corner & 1 ? box.upper : box.lower).x, (corner & 2 ? box.upper : box.lower).y,
+                  (corner & 4 ? box.upper : box.lower).z};
+    out.add(placement.point(p));
+  }
+  const dvec3 largest = glm::max(glm::abs(out.lower), glm::abs(out.upper));
+  out.dilate(1e-14 * std::max({largest.x, largest.y, largest.z}));
+  return out;
+}
+
+bool finite(const Box3& box) {
+  return !box.empty() && !glm::any(glm::isinf(box.lower)) && !glm::any(glm::isinf(box.upper)) &&
+         !glm::any(glm::isnan(box.lower)) && !glm::any(glm::isnan(box.upper));
+}
+
+}  // namespace
+
+PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, const nurbs::TrimIndex& t, int threads)
+    : store(s), trim(t), first_face(s.prototypes[prototype].faces.begin),
+      margin_mm(face_margins(s, s.prototypes[prototype])), patches(s, prototype, margin_mm, threads),
+      sieve(s, prototype), rule(s, prototype) {
+  const nurbs::Prototype& p = store.prototypes[prototype];
+  diagonal = p.bounds.diagonal();
+  forms.resize(p.faces.size());
+  for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
+    const nurbs::Face& face = store.faces[f];
+    if (face.status != FaceStatus::kOk || face.surface < 0) continue;
+    const nurbs::Surface& surface = store.surfaces[face.surface];
+    if (!has_closed_form(surface.kind)) continue;
+    forms[f - first_face] = make_closed_form(surface, face.uv_box, margin_mm[f - first_face]);
+    append_closed_leaves(store, trim, f, form(f), diagonal, closed_leaves);
+  }
+
+  // Patch leaves that lie outside of the trim loops stay out of the hierarchy; the exact way knows them by face.
+  std::vector<Box3> boxes;
+  for (std::size_t i = 0; i < closed_leaves.size(); ++i) {
+    const ClosedLeaf& leaf = closed_leaves[i];
+    primitives.push_back({leaf.face, static_cast<std::int32_t>(i), true, leaf.inside});
+    boxes.push_back(leaf.box);
+  }
+  const std::span<const PatchLeaf> leaves = patches.leaves();
+  std::vector<Coverage> coverage(leaves.size());
+  parallel_ranges(leaves.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) coverage[i] = trim.coverage(leaves[i].face, leaves[i].uv_face);
+  });
+  leaf_begin.assign(p.faces.size() + 1, 0);
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    ++leaf_begin[leaves[i].face - first_face + 1];
+    if (coverage[i] == Coverage::kOutside) continue;
+    primitives.push_back({leaves[i].face, static_cast<std::int32_t>(i), false, coverage[i] == Coverage::kInside});
+    boxes.push_back(leaves[i].box);
+  }
+  std::partial_sum(leaf_begin.begin(), leaf_begin.end(), leaf_begin.begin());
+  leaf_order.resize(leaves.size());
+  std::vector<std::int32_t> next = leaf_begin;
+  for (std::size_t i = 0; i < leaves.size(); ++i)
+    leaf_order[next[leaves[i].face - first_face]++] = static_cast<std::int32_t>(i);
+
+  for (Box3& b : boxes) {
+    if (!finite(b)) b = {};
+    box.add(b);
+  }
+  bvh = build_bvh(boxes);
+  if (finite(sieve.box())) box.add(sieve.box());
+}
+
+Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads) : store(std::move(s)), trim(*store, threads) {
+  const auto start = std::chrono::steady_clock::now();
+  prototypes.resize(store->prototypes.size());
+  const bool many = prototypes.size() > 4;
+  parallel_ranges(prototypes.size(), 1, many ? threads : 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      prototypes[i] = std::make_unique<PrototypeScene>(*store, static_cast<std::int32_t>(i), trim, many ? 1 : threads);
+  });
+  std::vector<Box3> boxes;
+  for (const nurbs::Instance& placed : store->instances) {
+    InstanceScene instance;
+    instance.prototype = placed.prototype;
+    const Transform& place = placed.placement;
+    instance.identity = place.linear == dmat3(1.0) && place.translation == dvec3(0.0);
+    const Box3& box = prototypes[placed.prototype]->box;
+    boxes.push_back(box.empty() ? Box3{} : transformed(place, box));
+    instance.translation = place.translation;
+    instance.to_prototype = glm::inverse(place.linear);
+    instance.normal_matrix = glm::transpose(instance.to_prototype);
+    // A placement without an inverse (or with NaN in it) leaves nothing to hit.
+    const double determinant = glm::determinant(place.linear);
+    if (!(std::abs(determinant) > 1e-30) || !finite(boxes.back())) boxes.back() = {};
+    instances.push_back(instance);
+  }
+  bvh = build_bvh(boxes);
+  stats.bytes = bvh.bytes();
+  for (const auto& p : prototypes) {
+    stats.bytes += p->bvh.bytes() + p->sieve.bvh().bytes() + p->patches.bytes() +
+                   static_cast<std::int64_t>(p->closed_leaves.size() * sizeof(ClosedLeaf) +
+                                             p->primitives.size() * sizeof(ScenePrimitive));
+    stats.leaf_boxes += static_cast<std::int64_t>(p->primitives.size());
+  }
+  stats.build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace trimray::trace

@@ -1,0 +1,33 @@
+// Which rays of a packet may come near an edge: a cheap, conservative sieve before EdgeRule::near_edges.
+#pragma once
+
+#include "core/nurbs/store.h"
+#include "core/trace/traverse.h"
+
+namespace trimray::trace {
+
+// The paths of one prototype's edges as capsules, in a hierarchy of their own.
+class EdgeSieve {
+ public:
+  EdgeSieve() = default;
+  EdgeSieve(const nurbs::NurbsStore& store, std::int32_t prototype);
+
+  const Bvh& bvh() const { return bvh_; }
+  const Box3& box() const { return box_; }
+
+  // How far along a ray, before and behind its place on an edge's path, the edge can matter.
+  static double slack(const nurbs::Edge& edge) { return 4.0 * edge.band; }
+  double max_slack() const { return max_slack_; }
+
+  // The live rays of the packet (set up for bvh()) that may pass within the band of some edge at a t
+  // in [tmin - slack, tmax + slack]. Clears packet.live.
+  std::uint64_t near(RayPacket& packet, std::uint64_t* nodes) const;
+
+ private:
+  Bvh bvh_;
+  Box3 box_;
+  std::vector<Capsule> capsules_;
+  double max_slack_ = 0.0;
+};
+
+}  // namespace trimray::trace

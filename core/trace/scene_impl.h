@@ -1,0 +1,101 @@
+// Internal to scene*: what a Scene holds, and the two ways through it.
+//
+// The fast way (scene_packet.cpp) takes 64 rays at a time to their nearest hits by the trim loops alone and
+// flags the rays that come near an edge on their way there. The exact way (scene_exact.cpp) takes one ray
+// to all of its hits, with the edge rule on the faces of every near edge.
+#pragma once
+
+#include <atomic>
+
+#include "core/nurbs/trim.h"
+#include "core/trace/closed_form_leaves.h"
+#include "core/trace/edge_rule.h"
+#include "core/trace/patch.h"
+#include "core/trace/scene.h"
+#include "core/trace/scene_edges.h"
+
+namespace trimray::trace {
+
+// A leaf of a prototype's hierarchy.
+struct ScenePrimitive {
+  std::int32_t face = kNoFace;
+  std::int32_t leaf = -1;  // into closed_leaves or patches.leaves()
+  bool closed = false;     // closed form
+  bool inside = false;     // its uv part lies inside the trim loops
+};
+
+struct PrototypeScene {
+  PrototypeScene(const nurbs::NurbsStore& store, std::int32_t prototype, const nurbs::TrimIndex& trim, int threads);
+
+  const nurbs::NurbsStore& store;
+  const nurbs::TrimIndex& trim;
+  std::int32_t first_face;
+  std::vector<double> margin_mm;        // per face: how far outside of the loops roots matter
+  PatchSet patches;
+  std::vector<ClosedForm> forms;        // per face; kind kNone where there is none
+  std::vector<ClosedLeaf> closed_leaves;
+  std::vector<ScenePrimitive> primitives;
+  Bvh bvh;
+  std::vector<std::int32_t> leaf_order, leaf_begin;  // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
+  EdgeSieve sieve;
+  EdgeRule rule;
+  Box3 box;  // of everything a ray can meet
+  double diagonal = 0.0;
+
+  const ClosedForm& form(std::int32_t face) const { return forms[face - first_face]; }
+  // The face's own side of uv; uv already wrapped.
+  bool inside(std::int32_t face, dvec2 uv) const {
+    const nurbs::Face& f = store.faces[face];
+    return f.iso_rectangle ? f.uv_box.contains(uv) : trim.inside(face, uv);
+  }
+  // A finished root: outward normal, sign, wrapped uv; `inside` is set too.
+  Root make_root(std::int32_t face, double t, dvec2 uv, dvec3 normal, dvec3 dir) const;
+  Root closed_root(std::int32_t face, const ClosedRoot& root, dvec3 dir) const;
+
+  // Appends the roots of the whole line on one patch leaf.
+  void leaf_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
+  // All roots of the whole line on one face, sorted by t, each once.
+  void face_roots(std::int32_t face, const Ray& ray, std::vector<Root>& out) const;
+};
+
+// Sorts by t and drops roots that two neighbouring leaves both found: same sign, closer than merge_mm.
+void merge_roots(std::vector<Root>& roots, std::size_t begin, double merge_mm);
+
+struct InstanceScene {
+  std::int32_t prototype = -1;
+  bool identity = false;
+  dmat3 to_prototype{1.0};   // linear part's inverse
+  dmat3 normal_matrix{1.0};  // its transpose: outward normals stay outward, mirrored or not
+  dvec3 translation{0.0};
+
+  // The ray in the prototype; dir of unit length. t there = t in the world * scale.
+  Ray local(const Ray& world, double& scale) const;
+  dvec3 normal(dvec3 n) const { return identity ? n : glm::normalize(normal_matrix * n); }
+};
+
+struct Scene::Impl {
+  std::shared_ptr<const nurbs::NurbsStore> store;
+  nurbs::TrimIndex trim;
+  std::vector<std::unique_ptr<PrototypeScene>> prototypes;
+  std::vector<InstanceScene> instances;
+  Bvh bvh;  // of the instances
+  SceneStats stats;
+
+  Impl(std::shared_ptr<const nurbs::NurbsStore> s, int threads);
+
+  // Up to kPacketSize rays; adds to stats.
+  void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
+  // Is the ray near an edge for a t up to best_t?
+  bool near_edge(const Ray& ray, double best_t) const;
+  void all_hits(const Ray& ray, std::vector<Hit>& out) const;
+};
+
+// The order of hits: by t, then instance, then face. Total, so that the answer does not depend on the
+// order in which hits are found.
+inline bool comes_before(double t, std::int32_t instance, std::int32_t face, const Hit& other) {
+  if (t != other.t) return t < other.t;
+  if (other.face == kNoFace) return true;
+  return instance != other.instance ? instance < other.instance : face < other.face;
+}
+
+}  // namespace trimray::trace

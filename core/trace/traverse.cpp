@@ -1,0 +1,189 @@
+#include "core/trace/traverse.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/trace/traverse.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace trimray::trace {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, 16>;
+
+// The bits of one group of lanes that are set in the mask.
+template <class Mask>
+HWY_INLINE std::uint64_t bits_of(Floats d, Mask mask) {
+  alignas(8) std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  std::uint16_t bits;
+  std::memcpy(&bits, bytes, 2);
+  return bits & ((std::uint64_t{1} << hn::Lanes(d)) - 1);
+}
+
+// Slab test of one child box; groups of lanes with no ray of `rays` are skipped.
+HWY_INLINE std::uint64_t meet_box(const RayPacket& p, const BvhNode& node, int child, std::uint64_t rays) {
+  const Floats d;
+  const std::size_t lanes = hn::Lanes(d);
+  const std::uint64_t group = (std::uint64_t{1} << lanes) - 1;
+  const auto lx = hn::Set(d, node.lower[0][child]), ux = hn::Set(d, node.upper[0][child]);
+  const auto ly = hn::Set(d, node.lower[1][child]), uy = hn::Set(d, node.upper[1][child]);
+  const auto lz = hn::Set(d, node.lower[2][child]), uz = hn::Set(d, node.upper[2][child]);
+  std::uint64_t result = 0;
+  for (std::size_t i = 0; i < kPacketSize; i += lanes) {
+    if (!((rays >> i) & group)) continue;
+    const auto ox = hn::Load(d, p.org[0] + i), ix = hn::Load(d, p.inv[0] + i);
+    const auto oy = hn::Load(d, p.org[1] + i), iy = hn::Load(d, p.inv[1] + i);
+    const auto oz = hn::Load(d, p.org[2] + i), iz = hn::Load(d, p.inv[2] + i);
+    const auto x0 = hn::Mul(hn::Sub(lx, ox), ix), x1 = hn::Mul(hn::Sub(ux, ox), ix);
+    const auto y0 = hn::Mul(hn::Sub(ly, oy), iy), y1 = hn::Mul(hn::Sub(uy, oy), iy);
+    const auto z0 = hn::Mul(hn::Sub(lz, oz), iz), z1 = hn::Mul(hn::Sub(uz, oz), iz);
+    const auto enter = hn::Max(hn::Max(hn::Min(x0, x1), hn::Min(y0, y1)), hn::Max(hn::Min(z0, z1), hn::Load(d, p.tmin + i)));
+    const auto leave = hn::Min(hn::Min(hn::Max(x0, x1), hn::Max(y0, y1)), hn::Min(hn::Max(z0, z1), hn::Load(d, p.tmax + i)));
+    result |= bits_of(d, hn::Le(enter, leave)) << i;
+  }
+  return result & rays;
+}
+
+struct Entry {
+  std::int32_t node, child;
+  std::uint64_t rays;
+};
+
+// Children are pushed far to near along the packet's direction and tested when they are popped, when
+// the rays' tmax is as short as it can be.
+HWY_INLINE int push_children(const Bvh& bvh, const RayPacket& p, std::int32_t index, std::uint64_t rays, Entry* stack, int top) {
+  const BvhNode& node = bvh.nodes[index];
+  float key[kBvhWidth];
+  for (int i = 0; i < node.count; ++i) {
+    key[i] = 0.0f;
+    for (int a = 0; a < 3; ++a) key[i] += p.order[a] * (p.order[a] > 0.0f ? node.lower[a][i] : node.upper[a][i]);
+  }
+  const int first = top;
+  for (int i = 0; i < node.count; ++i) {
+    int at = top++;
+    for (; at > first && key[stack[at - 1].child] < key[i]; --at) stack[at] = stack[at - 1];
+    stack[at] = {index, i, rays};
+  }
+  return top;
+}
+
+void TraverseKernel(const Bvh& bvh, RayPacket& p, LeafVisitor visit, void* context, std::uint64_t* nodes) {
+  Entry stack[kBvhDepth * kBvhWidth];
+  int top = push_children(bvh, p, 0, p.live, stack, 0);
+  std::uint64_t opened = 1;
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    std::uint64_t rays = entry.rays & p.live;
+    if (rays == 0) continue;
+    const BvhNode& node = bvh.nodes[entry.node];
+    rays = meet_box(p, node, entry.child, rays);
+    if (rays == 0) continue;
+    const std::int32_t child = node.child[entry.child];
+    if (child < 0) {
+      visit(context, ~child, rays);
+    } else {
+      top = push_children(bvh, p, child, rays, stack, top);
+      ++opened;
+    }
+  }
+  *nodes += opened;
+}
+
+// Distance of each ray's line to the segment, in the plane across the ray.
+std::uint64_t NearCapsuleKernel(const RayPacket& p, const Capsule& c, std::uint64_t rays) {
+  const Floats d;
+  const std::size_t lanes = hn::Lanes(d);
+  const std::uint64_t group = (std::uint64_t{1} << lanes) - 1;
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), tiny = hn::Set(d, 1e-30f);
+  const auto limit = hn::Set(d, c.radius * c.radius);
+  std::uint64_t result = 0;
+  for (std::size_t i = 0; i < kPacketSize; i += lanes) {
+    if (!((rays >> i) & group)) continue;
+    const auto dx = hn::Load(d, p.dir[0] + i), dy = hn::Load(d, p.dir[1] + i), dz = hn::Load(d, p.dir[2] + i);
+    auto ax = hn::Sub(hn::Set(d, c.a[0]), hn::Load(d, p.org[0] + i));
+    auto ay = hn::Sub(hn::Set(d, c.a[1]), hn::Load(d, p.org[1] + i));
+    auto az = hn::Sub(hn::Set(d, c.a[2]), hn::Load(d, p.org[2] + i));
+    auto ex = hn::Set(d, c.b[0] - c.a[0]), ey = hn::Set(d, c.b[1] - c.a[1]), ez = hn::Set(d, c.b[2] - c.a[2]);
+    const auto along_a = hn::Add(hn::Add(hn::Mul(ax, dx), hn::Mul(ay, dy)), hn::Mul(az, dz));
+    const auto along_e = hn::Add(hn::Add(hn::Mul(ex, dx), hn::Mul(ey, dy)), hn::Mul(ez, dz));
+    ax = hn::Sub(ax, hn::Mul(along_a, dx)), ay = hn::Sub(ay, hn::Mul(along_a, dy)), az = hn::Sub(az, hn::Mul(along_a, dz));
+    ex = hn::Sub(ex, hn::Mul(along_e, dx)), ey = hn::Sub(ey, hn::Mul(along_e, dy)), ez = hn::Sub(ez, hn::Mul(along_e, dz));
+    const auto ae = hn::Add(hn::Add(hn::Mul(ax, ex), hn::Mul(ay, ey)), hn::Mul(az, ez));
+    const auto ee = hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
+    const auto s = hn::Min(hn::Max(hn::Neg(hn::Div(ae, hn::Max(ee, tiny))), zero), one);
+    const auto qx = hn::Add(ax, hn::Mul(s, ex)), qy = hn::Add(ay, hn::Mul(s, ey)), qz = hn::Add(az, hn::Mul(s, ez));
+    const auto q = hn::Add(hn::Add(hn::Mul(qx, qx), hn::Mul(qy, qy)), hn::Mul(qz, qz));
+    result |= bits_of(d, hn::Le(q, limit)) << i;
+  }
+  return result & rays;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace trimray::trace
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trimray::trace {
+
+HWY_EXPORT(TraverseKernel);
+HWY_EXPORT(NearCapsuleKernel);
+
+void traverse(const Bvh& bvh, RayPacket& packet, LeafVisitor visit, void* context, std::uint64_t* nodes) {
+  if (bvh.nodes.empty() || packet.live == 0) return;
+  HWY_DYNAMIC_DISPATCH(TraverseKernel)(bvh, packet, visit, context, nodes);
+}
+
+std::uint64_t near_capsule(const RayPacket& packet, const Capsule& capsule, std::uint64_t rays) {
+  return HWY_DYNAMIC_DISPATCH(NearCapsuleKernel)(packet, capsule, rays);
+}
+
+namespace {
+
+constexpr float kFar = 3e37f;   // stands for infinity: finite, so that no NaN arises
+constexpr float kMinDir = 1e-18f;
+
+// Rounded towards +infinity by more than a float's half ulp.
+float float_above(double t) {
+  return static_cast<float>(std::clamp(t + std::abs(t) * 1.2e-7, -static_cast<double>(kFar), static_cast<double>(kFar)));
+}
+
+}  // namespace
+
+bool RayPacket::set(int i, const Bvh& bvh, dvec3 ray_org, dvec3 ray_dir, double ray_tmin, double ray_tmax) {
+  const double nearest = glm::dot(bvh.center - ray_org, ray_dir);
+  const dvec3 o = (ray_org - bvh.center) + nearest * ray_dir;
+  const std::uint64_t bit = std::uint64_t{1} << i;
+  live &= ~bit;
+  const bool meets = glm::dot(o, o) <= bvh.radius * bvh.radius && ray_tmin <= ray_tmax &&
+                     ray_tmax >= nearest - bvh.radius && ray_tmin <= nearest + bvh.radius;
+  for (int a = 0; a < 3; ++a) {
+    org[a][i] = meets ? static_cast<float>(o[a]) : 0.0f;
+    dir[a][i] = meets ? static_cast<float>(ray_dir[a]) : 0.0f;
+    const float x = dir[a][i];
+    inv[a][i] = 1.0f / (std::abs(x) < kMinDir ? std::copysign(kMinDir, x) : x);
+  }
+  t0[i] = nearest;
+  tmin[i] = meets ? -float_above(nearest - ray_tmin) : 0.0f;
+  tmax[i] = meets ? float_above(ray_tmax - nearest) : -1.0f;
+  if (meets) live |= bit;
+  return meets;
+}
+
+void RayPacket::set_tmax(int i, double ray_tmax) { tmax[i] = float_above(ray_tmax - t0[i]); }
+
+void RayPacket::finish() {
+  order[0] = order[1] = order[2] = 0.0f;
+  for (std::uint64_t rest = live; rest != 0; rest &= rest - 1)
+    for (int a = 0; a < 3; ++a) order[a] += dir[a][std::countr_zero(rest)];
+}
+
+}  // namespace trimray::trace
+#endif
