@@ -1,6 +1,6 @@
 #include "core/brep/bintools.h"
 
-#include "core/brep/read_geometry.h"
+#include "core/brep/sections.h"
 
 namespace trimray::brep {
 namespace {

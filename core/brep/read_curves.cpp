@@ -1,6 +1,6 @@
 // The sections "Curve2ds" and "Curves": one template for both, since they differ only in the vectors'
 // dimension, the axis of a conic and the direction of an offset.
-#include "core/brep/read_geometry.h"
+#include "core/brep/sections.h"
 
 namespace trimray::brep {
 

@@ -1,5 +1,5 @@
 // The section "Locations": elementary placements, and products of powers of them.
-#include "core/brep/read_geometry.h"
+#include "core/brep/sections.h"
 
 #include <glm/gtc/matrix_inverse.hpp>
 

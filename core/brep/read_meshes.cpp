@@ -1,6 +1,6 @@
 // The sections that hold polygons and triangulations. trimray draws exact surfaces only, so they are
 // passed over; their counts are kept to check the indices that refer to them.
-#include "core/brep/read_geometry.h"
+#include "core/brep/sections.h"
 
 namespace trimray::brep {
 

@@ -1,5 +1,5 @@
 // The section "TShapes": vertices, edges, faces and what is made of them, children first.
-#include "core/brep/read_geometry.h"
+#include "core/brep/sections.h"
 
 #include <algorithm>
 

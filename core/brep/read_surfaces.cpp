@@ -1,5 +1,5 @@
 // The section "Surfaces".
-#include "core/brep/read_geometry.h"
+#include "core/brep/sections.h"
 
 namespace trimray::brep {
 namespace {

@@ -1,4 +1,5 @@
-// The geometry sections of the stream: curves and surfaces into a Model, meshes passed over.
+// The sections of the stream, one function each, in the order in which they stand in it. Curves, surfaces,
+// locations and shapes go into a Model; meshes are passed over.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +22,11 @@ struct StreamTables {
 void read_locations(ByteReader& in, Model& model, StreamTables& tables);
 void read_curves2(ByteReader& in, Model& model, StreamTables& tables);
 void read_curves3(ByteReader& in, Model& model, StreamTables& tables);
-void read_surfaces(ByteReader& in, Model& model, StreamTables& tables);
 void skip_polygons3(ByteReader& in, StreamTables& tables);
 void skip_polygons_on_mesh(ByteReader& in, StreamTables& tables);
+void read_surfaces(ByteReader& in, Model& model, StreamTables& tables);
 void skip_meshes(ByteReader& in, StreamTables& tables);
+// The last one: nothing may follow it.
 void read_shapes(ByteReader& in, Model& model, const StreamTables& tables);
 
 // One curve with its basis curves; returns its index in model.curves3. Also used inside surfaces.
