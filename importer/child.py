@@ -1,0 +1,79 @@
+"""The process that reads one file: alone with OpenCascade, so that a crash, a hang or a full memory ends it only.
+
+Started by process.py as ``child.main(arguments)``; answers on a pipe (wire.py). Nothing it or OpenCascade
+prints reaches the caller's stdout or stderr.
+"""
+
+import ctypes
+import json
+import os
+import resource
+import signal
+import traceback
+from typing import Any, BinaryIO
+
+from . import errors, wire
+
+_PR_SET_PDEATHSIG = 1
+
+
+def main(argument: str) -> None:
+    """argument: JSON of process.Request, with the number of the pipe and of the parent process."""
+    request: dict[str, Any] = json.loads(argument)
+    _die_with(request["parent"])
+    _mute()
+    with os.fdopen(request["pipe"], "wb") as pipe:
+        try:
+            if request["memory_limit"] is not None:
+                resource.setrlimit(resource.RLIMIT_DATA, (request["memory_limit"], resource.RLIM_INFINITY))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            _read(request, pipe)
+        except errors.Error as error:
+            message = {"error": type(error).__name__, "message": str(error), "detail": error.detail}
+            if isinstance(error, errors.EmptyError):
+                message["report"] = error.report
+            wire.send(pipe, message)
+        except BaseException as error:
+            resource.setrlimit(resource.RLIMIT_DATA, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+            wire.send(pipe, _foreign(request["name"], error))
+    os._exit(0)  # OpenCascade's static destructors have been seen to hang
+
+
+def _read(request: dict[str, Any], pipe: BinaryIO) -> None:
+    from . import read_file  # imports OCP
+
+    model = read_file.read_file(
+        request["path"],
+        name=request["name"],
+        folder=request["folder"],
+        heal=request["heal"],
+        precision=request["precision"],
+        memory_limit=request["memory_limit"],
+        on_stage=lambda stage: wire.send(pipe, {"stage": stage, "fraction": None}),
+    )
+    model.report["peak_memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    wire.send_model(pipe, model)
+
+
+def _foreign(name: str, error: BaseException) -> dict[str, Any]:
+    """An exception that is none of ours: of Python, or of OpenCascade through its bindings."""
+    kind = type(error).__name__
+    if isinstance(error, MemoryError) or "OutOfMemory" in kind or "bad_alloc" in str(error):
+        return {"error": "MemoryLimitError", "message": f"{name}: out of memory", "detail": ""}
+    detail = traceback.format_exc()
+    reason = " ".join(str(error).split())[:200]
+    return {"error": "InputError", "message": f"{name}: the reader failed: {kind}: {reason}", "detail": detail}
+
+
+def _die_with(parent: int) -> None:
+    """The kernel kills this process when its parent ends, however that happens."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def _mute() -> None:
+    null = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(null, stream)
+    os.close(null)

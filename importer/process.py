@@ -1,0 +1,173 @@
+"""The caller's side of the child process: start it, watch its time and memory, turn its end into a model or an Error."""
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from . import errors, wire
+from .model import BrepModel
+
+Progress = Callable[[str, float | None], None]
+
+# Seconds between two looks at the child's memory.
+_WATCH_INTERVAL = 0.05
+_PAGE = os.sysconf("SC_PAGE_SIZE")
+
+# The child runs the importer alone: a bare stand-in for the package around it keeps the child from loading
+# what only the caller needs (the native core, the image library).
+_BOOTSTRAP = """
+import sys, types
+package, _, _ = sys.argv[1].rpartition(".")
+root = types.ModuleType(package)
+root.__path__ = [sys.argv[2]]
+sys.modules[package] = root
+import importlib
+importlib.import_module(sys.argv[3]).main(sys.argv[4])
+"""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the child is asked to read. folder: a scratch folder that the caller removes."""
+
+    path: str
+    name: str
+    folder: str
+    heal: str
+    precision: float | None
+    memory_limit: int | None  # bytes
+
+
+def run_child(
+    request: Request,
+    *,
+    time_limit: float | None,
+    progress: Progress | None = None,
+    module: str = f"{__package__}.child",
+) -> BrepModel:
+    """Reads in a child process.
+
+    Raises TimeLimitError, MemoryLimitError, InputError (also for a crash), EmptyError; an exception of
+    ``progress`` and KeyboardInterrupt pass through. The child is dead when this returns or raises.
+    module: the child's code, ``module.main(argument)``; tests put a misbehaving one in its place.
+    """
+    receive, send = os.pipe()
+    package_folder = str(Path(__file__).resolve().parent.parent)
+    argument = json.dumps({**asdict(request), "pipe": send, "parent": os.getpid()})
+    command = [sys.executable, "-c", _BOOTSTRAP, str(__package__), package_folder, module, argument]
+    try:
+        child = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            pass_fds=(send,),
+            start_new_session=True,  # Ctrl-C reaches the caller, who kills the child
+        )
+    except OSError as error:
+        os.close(receive)
+        raise errors.Error(f"{request.name}: cannot start the reading process: {error}") from None
+    finally:
+        os.close(send)
+    watch = _Watch(child, receive, request, time_limit)
+    try:
+        return watch.wait(progress)
+    finally:
+        os.close(receive)
+        child.kill()
+        child.wait()
+
+
+class _Watch:
+    def __init__(self, child: subprocess.Popen[bytes], pipe: int, request: Request, limit: float | None) -> None:
+        self.child, self.pipe, self.request = child, pipe, request
+        self.time_limit = limit
+        self.start = time.monotonic()
+        self.peak_memory = 0
+        self.stage = "start"
+
+    def wait(self, progress: Progress | None) -> BrepModel:
+        """Until the model is there, or the reason why not."""
+        inbox = wire.Inbox()
+        while True:
+            if select.select([self.pipe], [], [], self._patience())[0]:
+                data = os.read(self.pipe, 1 << 20)
+                if not data:
+                    raise self._ended()
+                for message, blobs in inbox.feed(data):
+                    if "stage" in message:
+                        self.stage = message["stage"]
+                        if progress is not None:
+                            progress(self.stage, message["fraction"])
+                    elif "error" in message:
+                        raise self._error(message)
+                    else:
+                        return self._model(message["model"], blobs)
+            self._check_limits()
+
+    def _patience(self) -> float | None:
+        if self.request.memory_limit is not None:
+            return _WATCH_INTERVAL
+        if self.time_limit is not None:
+            return max(0.0, self.start + self.time_limit - time.monotonic())
+        return None
+
+    def _check_limits(self) -> None:
+        if self.time_limit is not None and time.monotonic() - self.start >= self.time_limit:
+            raise errors.TimeLimitError(
+                f"{self.request.name}: not read within {self.time_limit:g} s (stopped in stage '{self.stage}')"
+            )
+        limit = self.request.memory_limit
+        if limit is None:
+            return
+        try:
+            pages = int(Path(f"/proc/{self.child.pid}/statm").read_text().split()[1])
+        except (OSError, IndexError, ValueError):
+            return
+        self.peak_memory = max(self.peak_memory, pages * _PAGE)
+        if self.peak_memory > limit:
+            raise self._memory_error()
+
+    def _memory_error(self) -> errors.MemoryLimitError:
+        limit = self.request.memory_limit
+        bound = f"within {limit / 2**20:.0f} MiB" if limit is not None else "in this machine's memory"
+        return errors.MemoryLimitError(f"{self.request.name}: cannot be read {bound} (stage '{self.stage}')")
+
+    def _error(self, message: dict[str, Any]) -> errors.Error:
+        kind = getattr(errors, message["error"], errors.InputError)
+        if kind is errors.MemoryLimitError and message["message"].endswith("out of memory"):
+            return self._memory_error()
+        if kind is errors.EmptyError:
+            return errors.EmptyError(message["message"], detail=message["detail"], report=message["report"])
+        error: errors.Error = kind(message["message"], detail=message["detail"])
+        return error
+
+    def _ended(self) -> errors.Error:
+        """The child closed its end without an answer."""
+        try:
+            code = self.child.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            code = 0
+        limit = self.request.memory_limit
+        near_limit = limit is not None and self.peak_memory > 0.7 * limit
+        if code == -signal.SIGKILL or (code < 0 and near_limit):
+            return self._memory_error()
+        name = self.request.name
+        if code < 0:
+            text = f"{name}: OpenCascade crashed on it ({signal.Signals(-code).name} in stage '{self.stage}')"
+            return errors.InputError(text)
+        return errors.InputError(f"{name}: the reading process ended early (exit {code}, stage '{self.stage}')")
+
+    def _model(self, header: dict[str, Any], blobs: list[bytes]) -> BrepModel:
+        try:
+            return wire.model_of(header, blobs)
+        except (ValueError, KeyError, TypeError) as error:
+            raise errors.InputError(f"{self.request.name}: the reading process answered nonsense: {error}") from None

@@ -1,0 +1,25 @@
+"""OpenCascade's own files: .brep, as text or binary."""
+
+from typing import Any
+
+from OCP.BinTools import BinTools
+from OCP.BRep import BRep_Builder
+from OCP.BRepTools import BRepTools
+from OCP.TopoDS import TopoDS_Shape
+
+from .errors import InputError
+from .report import Report
+from .scene import Scene
+from .shapes import scene_of_shape
+
+
+def read_brep(path: str, *, name: str, binary: bool, report: Report) -> tuple[Scene, str, float, dict[str, Any]]:
+    """Like read_step; the file knows no unit, so lengths are taken as mm."""
+    report.format = "brep"
+    shape = TopoDS_Shape()
+    with report.stage("parse"):
+        done = BinTools.Read_s(shape, path) if binary else BRepTools.Read_s(shape, path, BRep_Builder())
+    if not done or shape.IsNull():
+        raise InputError(f"{name}: not a readable BREP file")
+    with report.stage("extract"):
+        return scene_of_shape(shape), "mm", 1.0, {}

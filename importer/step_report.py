@@ -1,0 +1,125 @@
+"""Which entities of a STEP file did not arrive, and why."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from OCP.Interface import Interface_CheckIterator
+from OCP.StepShape import StepShape_FaceSurface
+
+from .report import Report, Severity
+from .step_text import StepText
+
+# Warnings of the transfer that say nothing about the geometry.
+_HARMLESS = ("No Length Uncertainty", "is an empty LIST", "not Derived", "is out of scope")
+
+
+def checks(iterator: Interface_CheckIterator) -> Iterator[tuple[int, list[str], list[str]]]:
+    """(entity number, fails, warnings) of every non-empty check."""
+    iterator.Start()
+    while iterator.More():
+        check = iterator.Value()
+        fails = [_text(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
+        warnings = [_text(check.CWarning(i)) for i in range(1, check.NbWarnings() + 1)]
+        if fails or warnings:
+            yield iterator.Number(), fails, warnings
+        iterator.Next()
+
+
+class StepAudit:
+    """Compares one loaded and transferred STEP file with its text.
+
+    session: XSControl_WorkSession. changed: severity of what healing had to change.
+    """
+
+    def __init__(self, session: Any, text: StepText, report: Report, *, changed: Severity = "note") -> None:
+        self.session, self.text, self.report, self.changed = session, text, report, changed
+        self.model = session.Model()
+
+    def load(self) -> None:
+        """Syntax errors and entities whose parameters OCCT could not understand."""
+        check = self.model.GlobalCheck()
+        for index in range(1, min(check.NbFails(), 50) + 1):
+            self.report.add("", "syntax", _text(check.CFail(index)), "warning")
+        for number, fails, _ in checks(self.session.ModelCheckList(True)):
+            if fails:
+                self.report.add(self._label(number), self._kind(number), "; ".join(fails[:3]), "warning")
+
+    def transfer(self, arrived: int) -> None:
+        """Lost faces and changes by healing. arrived: distinct faces in the model."""
+        process = self.session.TransferReader().TransientProcess()
+        expected = len(self.text.faces) + len(self.text.loose_surfaces)
+        failed = False
+        if process is not None:
+            for number, fails, warnings in checks(process.CheckList(False)):
+                failed = failed or bool(fails)
+                for messages, severity in ((fails, "warning"), (warnings, self.changed)):
+                    kept = [m for m in dict.fromkeys(messages) if not m.strip().startswith(_HARMLESS) and m.strip()]
+                    kept = [m for m in kept if not any(word in m for word in _HARMLESS)]
+                    if kept:
+                        self.report.add(self._label(number), self._kind(number), "; ".join(kept[:3]), severity)
+        if arrived < expected or failed:
+            self._lost_faces(process, arrived)
+        if arrived < expected:
+            self._lost_surfaces(arrived)
+        for face in self.text.tessellated:
+            self.report.add(f"#{face.id}", face.kind, "tessellated face: no exact surface")
+        if arrived == 0:
+            for surface in self.text.unused_surfaces:
+                defect = self.text.grid_defect(surface.id)
+                reason = "no face and no shape representation uses it" + (f"; {defect}" if defect else "")
+                self.report.add(f"#{surface.id}", surface.kind, reason)
+
+    def _lost_faces(self, process: Any, arrived: int) -> None:
+        """Names every face entity without a result."""
+        binders: dict[Any, Any] = {}
+        if process is not None:
+            binders = {process.Mapped(i): process.MapItem(i) for i in range(1, process.NbMapped() + 1)}
+        lost = 0
+        for number in range(1, self.model.NbEntities() + 1):
+            entity = self.model.Value(number)
+            if not isinstance(entity, StepShape_FaceSurface):
+                continue
+            binder = binders.get(entity)
+            if binder is not None and binder.HasResult():
+                continue
+            lost += 1
+            if binder is None:
+                reason = "not reached from any shape representation"
+            else:
+                check = binder.Check()
+                fails = [_text(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
+                reason = "; ".join(fails[:3]) or "OpenCascade made no face of it"
+            if self.model.IsErrorEntity(number):
+                reason += "; " + (_text(self.model.Check(number, True).CFail(1)) or "unreadable parameters")
+            self.report.add(self._label(number), self._kind(number), reason)
+        unread = len(self.text.faces) - sum(
+            isinstance(self.model.Value(i), StepShape_FaceSurface) for i in range(1, self.model.NbEntities() + 1)
+        )
+        if unread > 0:
+            self.report.add("", "face", f"{unread} face records stand in the file but were not recognised")
+        missing = len(self.text.faces) - arrived - lost - max(unread, 0)
+        if missing > 0:
+            self.report.add("", "face", f"{missing} faces were transferred but did not stay in a shape")
+
+    def _lost_surfaces(self, arrived: int) -> None:
+        for surface in self.text.loose_surfaces:
+            if defect := self.text.grid_defect(surface.id):
+                self.report.add(f"#{surface.id}", surface.kind, defect)
+
+    def _label(self, number: int) -> str:
+        """#id of an entity, from the order of the records in the text; "" where that order is not certain."""
+        ids = self.text.record_ids
+        if 0 < number <= len(ids) == self.model.NbEntities():
+            return f"#{ids[number - 1]}"
+        return f"entity {number}" if number > 0 else ""
+
+    def _kind(self, number: int) -> str:
+        """STEP name of an entity's type: StepShape_AdvancedFace -> ADVANCED_FACE."""
+        if number <= 0:
+            return "file"
+        name = type(self.model.Value(number)).__name__.rpartition("_")[2]
+        return "".join("_" + c if c.isupper() and i else c for i, c in enumerate(name)).upper()
+
+
+def _text(message: object) -> str:
+    return message if isinstance(message, str) else str(getattr(message, "ToCString", lambda: message)())

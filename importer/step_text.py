@@ -1,0 +1,129 @@
+"""What the text of a STEP file says before OpenCascade interprets it: header, faces, references, where it breaks off."""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+
+_TAIL = 4096
+_FACE = re.compile(rb"#(\d+)\s*=\s*(ADVANCED_FACE|FACE_SURFACE)\s*\(")
+_TESSELLATED = re.compile(rb"#(\d+)\s*=\s*((?:COMPLEX_)?TRIANGULATED_(?:FACE|SURFACE_SET)|CUBIC_BEZIER_TRIANGULATED_FACE)\s*\(")
+_SURFACE = re.compile(
+    rb"#(\d+)\s*=\s*(?:\(\s*BOUNDED_SURFACE\s*\(\s*\)\s*)?(B_SPLINE_SURFACE(?:_WITH_KNOTS)?|BEZIER_SURFACE|"
+    rb"RECTANGULAR_TRIMMED_SURFACE|CURVE_BOUNDED_SURFACE|RATIONAL_B_SPLINE_SURFACE|QUASI_UNIFORM_SURFACE|UNIFORM_SURFACE)\s*\("
+)
+_SET = re.compile(rb"=\s*GEOMETRIC_(?:CURVE_)?SET\s*\(\s*'(?:[^']|'')*'\s*,\s*\(([^)]*)\)")
+_RECORD_START = re.compile(rb"#(\d+)\s*=")
+_REFERENCE = re.compile(rb"#(\d+)")
+_SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'")
+_FILE_NAME = re.compile(rb"FILE_NAME\s*\((.*?)\)\s*;", re.DOTALL)
+_STRING = re.compile(rb"'((?:[^']|'')*)'")
+_DOCUMENT = re.compile(rb"=\s*DOCUMENT_FILE\s*\(\s*'((?:[^']|'')*)'")
+_FILE_SUFFIX = re.compile(r"\.(?:stp|step|stpz|p21)\Z", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class FaceText:
+    id: int  # 12 for #12
+    kind: str
+
+
+class StepText:
+    """data: the whole file."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+
+    @cached_property
+    def faces(self) -> list[FaceText]:
+        """ADVANCED_FACE and FACE_SURFACE records in file order."""
+        return [FaceText(int(m[1]), m[2].decode()) for m in _FACE.finditer(self.data)]
+
+    @cached_property
+    def tessellated(self) -> list[FaceText]:
+        """Faces that AP242 gives as triangles only."""
+        if b"TRIANGULATED_" not in self.data:
+            return []
+        return [FaceText(int(m[1]), m[2].decode()) for m in _TESSELLATED.finditer(self.data)]
+
+    @cached_property
+    def bounded_surfaces(self) -> list[FaceText]:
+        """Surfaces with an extent of their own, which may stand for a face when no face uses them."""
+        return [FaceText(int(m[1]), m[2].decode()) for m in _SURFACE.finditer(self.data)]
+
+    @cached_property
+    def loose_surfaces(self) -> list[FaceText]:
+        """Bounded surfaces that are members of a geometric set: each becomes a face."""
+        members = {int(r) for m in _SET.finditer(self.data) for r in _REFERENCE.findall(m[1])}
+        return [s for s in self.bounded_surfaces if s.id in members] if members else []
+
+    @cached_property
+    def unused_surfaces(self) -> list[FaceText]:
+        """Bounded surfaces that nothing refers to."""
+        uses: dict[int, int] = {}
+        for match in _REFERENCE.finditer(self.data):
+            uses[int(match[1])] = uses.get(int(match[1]), 0) + 1
+        return [s for s in self.bounded_surfaces if uses.get(s.id, 0) <= 1]
+
+    @cached_property
+    def record_ids(self) -> list[int]:
+        """Numbers of all records, in file order."""
+        return [int(m[1]) for m in _RECORD_START.finditer(self.data)]
+
+    @cached_property
+    def external_files(self) -> list[str]:
+        """Names of the model files that this one refers to."""
+        if b"DOCUMENT_FILE" not in self.data:
+            return []
+        names = [m[1].decode("utf-8", "replace") for m in _DOCUMENT.finditer(self.data)]
+        return [name for name in dict.fromkeys(names) if _FILE_SUFFIX.search(name)]
+
+    def record(self, number: int) -> bytes:
+        """Text of record #number up to its semicolon, b"" when there is none."""
+        match = re.search(rb"#%d\s*=([^;]*);" % number, self.data)
+        return match[1] if match else b""
+
+    def header(self) -> dict[str, str]:
+        """schema, originating_system and preprocessor, as far as they are given."""
+        head = self.data[:65536]
+        facts: dict[str, str] = {}
+        if match := _SCHEMA.search(head):
+            facts["schema"] = _text(match[1])
+        if match := _FILE_NAME.search(head):
+            strings = _STRING.findall(match[1])
+            if len(strings) >= 6:
+                facts["preprocessor"], facts["originating_system"] = _text(strings[-3]), _text(strings[-2])
+        return {key: value for key, value in facts.items() if value.strip()}
+
+    def broken_off(self) -> str | None:
+        """Why the file is incomplete, or None. "" when only the closing line is missing."""
+        if b"END-ISO-10303-21" in self.data[-_TAIL:]:
+            return None
+        if b"DATA" not in self.data:
+            return "truncated: it ends before the DATA section"
+        if re.search(rb"ENDSEC\s*;[\s\0]*\Z", self.data[-_TAIL:]):
+            return ""
+        return f"truncated: it ends at byte {len(self.data)} in the middle of the DATA section"
+
+    def grid_defect(self, number: int) -> str | None:
+        """What is wrong with the control points or weights of a B-spline surface, or None."""
+        record = self.record(number)
+        weights = re.search(rb"RATIONAL_B_SPLINE_SURFACE\s*\(\s*\((.*?)\)\s*\)\s*\)", record, re.DOTALL)
+        poles = re.search(rb"B_SPLINE_SURFACE(?:_WITH_KNOTS)?\s*\([^#]*\((\(.*?\))\s*\)\s*,\s*\.", record, re.DOTALL)
+        if poles is None:
+            return None
+        rows = [len(_REFERENCE.findall(row)) for row in poles[1].split(b")") if b"#" in row]
+        if weights is not None:
+            weight_rows = [row.count(b",") + 1 for row in re.findall(rb"\(([^()]*)", b"(" + weights[1].lstrip(b"( "))]
+            if weight_rows != rows:
+                return f"{sum(rows)} control points but {sum(weight_rows)} weights"
+        for reference in _REFERENCE.findall(poles[1]):
+            point = self.record(int(reference))
+            if not point:
+                return f"control point #{int(reference)} does not exist"
+            if re.search(rb"nan|inf|ind|\d[Ee][+]?\d{3}", point.rpartition(b"(")[2], re.IGNORECASE):
+                return f"control point #{int(reference)} is not a finite number"
+        return None
+
+
+def _text(raw: bytes) -> str:
+    return raw.decode("utf-8", "replace").replace("''", "'")

@@ -1,0 +1,127 @@
+"""From an XCAF document to a Scene: tree, instances, names, colours.
+
+Colours follow OCCT's rule: what stands deeper in the tree wins, a component's own colour wins over its
+part's, and a surface colour over a generic one. Curve colours do not colour surfaces.
+"""
+
+from OCP.Quantity import Quantity_ColorRGBA
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDF import TDF_Label, TDF_LabelSequence, TDF_Tool
+from OCP.TCollection import TCollection_AsciiString
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Shape
+from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+from .occt import faces_of
+from .scene import Color, Part, Scene
+
+_SURFACE_COLORS = (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen)
+
+
+def read_document(document: TDocStd_Document) -> tuple[Scene, int]:
+    """The scene of a document, and how many of its shapes hold no face (free curves, points) and are left out."""
+    walk = _Walk(document)
+    free = TDF_LabelSequence()
+    walk.shapes.GetFreeShapes(free)
+    for label in free:
+        walk.visit(label, parent=-1, placement=TopLoc_Location(), inherited=None)
+    return walk.scene, walk.without_faces
+
+
+class _Walk:
+    def __init__(self, document: TDocStd_Document) -> None:
+        self.shapes: XCAFDoc_ShapeTool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+        self.scene = Scene()
+        self.without_faces = 0
+        self._parts: dict[str, int] = {}  # by label entry; -1: no face in it
+
+    def visit(self, label: TDF_Label, *, parent: int, placement: TopLoc_Location, inherited: Color | None) -> None:
+        """label: a free shape, or a component of an assembly (a reference with a location)."""
+        target = label
+        local = TopLoc_Location()
+        name = _name(label)
+        component_color: Color | None = None
+        if XCAFDoc_ShapeTool.IsReference_s(label):
+            target = TDF_Label()
+            if not XCAFDoc_ShapeTool.GetReferredShape_s(label, target):
+                return
+            local = XCAFDoc_ShapeTool.GetLocation_s(label)
+            component_color = self._color(label)
+            name = name or _name(target)
+        if XCAFDoc_ShapeTool.IsAssembly_s(target):
+            placement = placement.Multiplied(local)
+            node = self.scene.add_node(name, parent, local)
+            color = component_color or self._color(target) or inherited
+            components = TDF_LabelSequence()
+            XCAFDoc_ShapeTool.GetComponents_s(target, components)
+            for component in components:
+                self.visit(component, parent=node, placement=placement, inherited=color)
+            return
+        shape = XCAFDoc_ShapeTool.GetShape_s(target)
+        part = self._part(target, shape)
+        if part < 0:
+            self.without_faces += 1
+            return
+        local = local.Multiplied(shape.Location())
+        color = component_color
+        if color is None and self.scene.parts[part].color is None:
+            color = inherited
+        node = self.scene.add_node(name, parent, local)
+        self.scene.place(node, part, placement.Multiplied(local), color)
+
+    def _part(self, label: TDF_Label, shape: TopoDS_Shape) -> int:
+        entry = TCollection_AsciiString()
+        TDF_Tool.Entry_s(label, entry)
+        key = entry.ToCString()
+        if key not in self._parts:
+            self._parts[key] = -1
+            if faces_of(shape).Extent() > 0:
+                part = Part(shape.Located(TopLoc_Location()), _name(label), self._color(label))
+                self._read_subshapes(label, part)
+                self.scene.parts.append(part)
+                self._parts[key] = len(self.scene.parts) - 1
+        return self._parts[key]
+
+    def _read_subshapes(self, label: TDF_Label, part: Part) -> None:
+        """Colours and names of solids, shells and faces of a part."""
+        subshapes = TDF_LabelSequence()
+        XCAFDoc_ShapeTool.GetSubShapes_s(label, subshapes)
+        inner: list[tuple[int, TopoDS_Shape, Color]] = []
+        for sub in subshapes:
+            shape = XCAFDoc_ShapeTool.GetShape_s(sub)
+            if shape.IsNull():
+                continue
+            kind = shape.ShapeType()
+            if kind in (TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_VERTEX, TopAbs_ShapeEnum.TopAbs_WIRE):
+                continue
+            color = self._color(sub)
+            if color is not None:
+                inner.append((int(kind.value), shape, color))
+            if kind == TopAbs_ShapeEnum.TopAbs_FACE and (name := _name(sub)):
+                part.face_names.append((shape, name))
+        # Compounds first, faces last: the innermost colour wins.
+        for kind_value, shape, color in sorted(inner, key=lambda entry: entry[0]):
+            if kind_value == int(TopAbs_ShapeEnum.TopAbs_FACE.value):
+                part.face_colors.append((shape, color))
+            else:
+                part.face_colors.extend((face, color) for face in faces_of(shape))
+
+    def _color(self, label: TDF_Label) -> Color | None:
+        for kind in _SURFACE_COLORS:
+            color = Quantity_ColorRGBA()
+            if XCAFDoc_ColorTool.GetColor_s(label, kind, color):
+                rgb = color.GetRGB()
+                return rgb.Red(), rgb.Green(), rgb.Blue(), color.Alpha()
+        return None
+
+
+def _name(label: TDF_Label) -> str:
+    """Name of a label, "" where it has none or OCCT made one up ("SOLID", "=>[0:1:1:2]")."""
+    if not label.IsAttribute(TDataStd_Name.GetID_s()):  # FindAttribute on an absent one crashes
+        return ""
+    attribute = TDataStd_Name()
+    label.FindAttribute(TDataStd_Name.GetID_s(), attribute)
+    name = attribute.Get().ToExtString().strip()
+    return "" if name.startswith("=>[") or name == "NONE" else name
