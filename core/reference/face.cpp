@@ -136,11 +136,28 @@ FaceModel::FaceModel(const nurbs::NurbsStore& store, std::int32_t face, double m
 }
 
 Vec3 FaceModel::offset_point(const Patch& patch, Real x, Real y) const {
-  const PatchPoint e = evaluate(patch, x, y);
-  const Vec3 p = affine(e.h);
-  const Vec3 normal = glm::cross(Vec3(e.hx) - p * e.hx.w, Vec3(e.hy) - p * e.hy.w) * (e.h.w > 0 ? Real(1) : Real(-1));
-  const Real length = glm::length(normal);
-  return length > 0 ? p + Real(offset_) / length * normal : p;
+  struct Base {
+    Vec3 p, normal;
+    Real length;
+  };
+  auto base = [&](Real u, Real v) {
+    const PatchPoint e = evaluate(patch, u, v);
+    Base b;
+    b.p = affine(e.h);
+    b.normal = glm::cross(Vec3(e.hx) - b.p * e.hx.w, Vec3(e.hy) - b.p * e.hy.w) * (e.h.w > 0 ? Real(1) : Real(-1));
+    b.length = glm::length(b.normal);
+    return b;
+  };
+  const Base here = base(x, y);
+  if (here.length > 1e-10 * size_ * size_) return here.p + Real(offset_) / here.length * here.normal;
+
+  // On a collapsed side the normal is a limit: extrapolated (error of third order) from three points inside.
+  const Real h = 1e-4L, dx = x < 0.5L ? h : -h, dy = y < 0.5L ? h : -h;
+  auto unit = [&](int k) {
+    const Base b = base(x + k * dx, y + k * dy);
+    return b.length > 0 ? b.normal / b.length : Vec3(0);
+  };
+  return here.p + Real(offset_) * glm::normalize(Real(3) * unit(1) - Real(3) * unit(2) + unit(3));
 }
 
 void FaceModel::add_offset_pieces(const Patch& patch, int base, Box2 part, int depth) {
