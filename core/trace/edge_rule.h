@@ -40,6 +40,9 @@ class EdgeRule {
   // Appends to out. The ray is in the prototype's coordinates, dir of unit length.
   void near_edges(const Ray& ray, std::vector<NearEdge>& out) const;
 
+  // False only if near_edges would find nothing. Cheaper, and it stores nothing.
+  bool may_be_near(const Ray& ray) const;
+
   // Signed crossings of the face's boundary winding about the ray's whole line: leaving minus entering.
   int winding(const Ray& ray, std::int32_t face) const;
 
