@@ -11,4 +11,5 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_store(m);
   trimray::bind::bind_view(m);
   trimray::bind::bind_trace(m);
+  trimray::bind::bind_measure(m);
 }
