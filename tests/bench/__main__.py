@@ -49,8 +49,8 @@ def timed(run: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def iso_rays(model: trimray.Model) -> tuple[np.ndarray, np.ndarray, float]:
-    """Origins and directions of SIDE x SIDE orthographic rays in 32 x 32 tiles, and the view's span, mm."""
+def iso_rays(model: trimray.Model) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions of SIDE x SIDE orthographic rays, 32 x 32 tiles."""
     low, high = model.bounds
     centre, diagonal = (low + high) / 2, float(np.linalg.norm(high - low))
     forward = np.array([-1.0, 1.0, -1.0]) / np.sqrt(3.0)
@@ -63,18 +63,16 @@ def iso_rays(model: trimray.Model) -> tuple[np.ndarray, np.ndarray, float]:
     order = np.array([(x, y) for ty in tile for tx in tile for y in ty for x in tx], float)
     offset = ((order + 0.5) / SIDE - 0.5) * span
     origins = centre - forward * diagonal * 1.5 + offset[:, :1] * right - offset[:, 1:] * up
-    return origins, np.broadcast_to(forward, origins.shape).copy(), span
+    return origins, np.broadcast_to(forward, origins.shape).copy()
 
 
 def cast_rate(model: trimray.Model, repeat: int) -> tuple[float, float]:
     """Millions of primary rays a second on one thread, and the share that hits."""
     scene = model._scene
-    origins, directions, _ = iso_rays(model)
-    n = len(origins)
-    tmin, tmax = np.zeros(n), np.full(n, np.inf)
-    seconds = median(repeat, lambda: timed(lambda: scene.time_cast(origins, directions, 1)))
-    face = scene.cast(origins, directions, tmin, tmax)[1]
-    return n / seconds / 1e6, float((face >= 0).mean())
+    origins, directions = iso_rays(model)
+    runs = [_core.measure_cast(scene, origins, directions, 1) for _ in range(repeat)]
+    seconds = statistics.median(r["seconds"] for r in runs)
+    return len(origins) / seconds / 1e6, runs[0]["covered"] / len(origins)
 
 
 def import_table(files: list[Path], repeat: int) -> None:
@@ -143,7 +141,7 @@ def main() -> int:
     if not files:
         print(f"no models in {MODELS}; set TRIMRAY_MODELS or name files", file=sys.stderr)
         return 2
-    print(f"trimray {trimray.__version__}, {os.cpu_count()} cores, SIMD {_core.simd_target()}\n")
+    print(f"trimray {trimray.__version__}, {os.cpu_count()} cores\n")
     import_table(files, args.repeat)
     if not args.skip_processes:
         second_render(files, args.repeat)

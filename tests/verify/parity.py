@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import trimray
+from trimray import _core
 
 OFFSETS = (0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the diagonal
 
@@ -23,9 +24,10 @@ def check(model: trimray.Model, rays_per_target: int, seed: int = 1) -> Result:
 
     Counts only models all of whose shells are closed: a ray's count is over the whole model.
     """
-    targets, closed_shells, open_shells = model._core.parity_targets()
+    closed_shells, open_shells = model._core.prototype_shells().sum(axis=0).tolist()
     if open_shells or not closed_shells:
         return Result()
+    targets = _core.edge_points(model._core, 2)
     rng = np.random.default_rng(seed)
     low, high = model.bounds
     diagonal = float(np.linalg.norm(high - low))
