@@ -14,6 +14,7 @@ from .read_brep import read_brep
 from .read_iges import read_iges
 from .read_step import read_step
 from .report import Report
+from .scene import Scene
 
 
 def read_file(
@@ -49,6 +50,7 @@ def read_file(
         raise InputError(f"{name}: not a STEP, IGES or BREP file")
     if not scene.placed:
         raise EmptyError(f"{name}: no faces{_first_reason(report)}", report=report.as_dict())
+    _name_roots(scene, Path(name).stem)
     if heal == "off" or kind in ("brep", "binbrep"):
         with report.stage("heal"):
             complete.add_missing_curves(scene, report)
@@ -56,6 +58,15 @@ def read_file(
         with report.stage("heal"):
             complete.check_faces(scene, report, precision)
     return build_model(scene, report, unit=unit, unit_mm=unit_mm, source={**source, **facts})
+
+
+def _name_roots(scene: Scene, stem: str) -> None:
+    """What stands at the root without a name is called like the file."""
+    for node in scene.nodes:
+        if node.parent < 0 and not node.name:
+            node.name = stem
+            if node.part >= 0 and not scene.parts[node.part].name:
+                scene.parts[node.part].name = stem
 
 
 def _kind(path: str, name: str) -> Any:

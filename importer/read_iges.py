@@ -11,6 +11,7 @@ from OCP.IGESCAFControl import IGESCAFControl_Reader
 from . import iges_text, occt, units, xcaf
 from .errors import InputError
 from .iges_report import IgesAudit
+from .loose import merge_loose
 from .report import Report
 from .scene import Scene
 from .sew import sew_part
@@ -56,6 +57,7 @@ def read_iges(
         arrived = len({face.TShape() for part in scene.parts for face in occt.faces_of(part.shape)})
         IgesAudit(reader, text, report, changed="error" if heal == "strict" else "note").run(arrived)
     with report.stage("sew"):
+        scene = merge_loose(scene, Path(name).stem)
         for part in scene.parts:
             sew_part(part, precision or _sewing_tolerance(part.shape, header.Resolution() * unit_mm), report)
     facts = {"originating_system": _text(header.SystemId()), "preprocessor": _text(header.InterfaceVersion())}

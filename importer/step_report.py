@@ -12,6 +12,9 @@ from .step_text import StepText
 # Warnings of the transfer that say nothing about the geometry.
 _HARMLESS = ("No Length Uncertainty", "is an empty LIST", "not Derived", "is out of scope")
 
+# Entities of these packages of OCCT carry geometry and topology; the others styles, products, dimensions.
+_GEOMETRY_PACKAGES = ("StepGeom", "StepShape")
+
 
 def checks(iterator: Interface_CheckIterator) -> Iterator[tuple[int, list[str], list[str]]]:
     """(entity number, fails, warnings) of every non-empty check."""
@@ -39,10 +42,19 @@ class StepAudit:
         """Syntax errors and entities whose parameters OCCT could not understand."""
         check = self.model.GlobalCheck()
         for index in range(1, min(check.NbFails(), 50) + 1):
-            self.report.add("", "syntax", _text(check.CFail(index)), "warning")
+            message = _text(check.CFail(index))
+            if not message.startswith("Parameter #"):  # of the header
+                self.report.add("", "syntax", message, "warning")
+        groups: dict[tuple[str, str], list[int]] = {}
         for number, fails, _ in checks(self.session.ModelCheckList(True)):
-            if fails:
-                self.report.add(self._label(number), self._kind(number), "; ".join(fails[:3]), "warning")
+            if fails and number > 0:
+                reason = "; ".join(dict.fromkeys(fails[:3]))
+                groups.setdefault((self._kind(number), reason), []).append(number)
+        for (kind, reason), numbers in groups.items():
+            more = f" (and {len(numbers) - 1} more)" if len(numbers) > 1 else ""
+            package = type(self.model.Value(numbers[0])).__module__.rpartition(".")[2]
+            severity: Severity = "warning" if package in _GEOMETRY_PACKAGES else "note"
+            self.report.add(self._label(numbers[0]), kind, reason + more, severity)
 
     def transfer(self, arrived: int) -> None:
         """Lost faces and changes by healing. arrived: distinct faces in the model."""
@@ -63,6 +75,10 @@ class StepAudit:
             self._lost_surfaces(arrived)
         for face in self.text.tessellated:
             self.report.add(f"#{face.id}", face.kind, "tessellated face: no exact surface")
+        if self.text.tessellated_sets:
+            first = self.text.tessellated_sets[0]
+            reason = f"{len(self.text.tessellated_sets)} triangle sets (annotations or meshes): not drawn"
+            self.report.add(f"#{first.id}", first.kind, reason, "note")
         if arrived == 0:
             for surface in self.text.unused_surfaces:
                 defect = self.text.grid_defect(surface.id)

@@ -6,7 +6,8 @@ from functools import cached_property
 
 _TAIL = 4096
 _FACE = re.compile(rb"#(\d+)\s*=\s*(ADVANCED_FACE|FACE_SURFACE)\s*\(")
-_TESSELLATED = re.compile(rb"#(\d+)\s*=\s*((?:COMPLEX_)?TRIANGULATED_(?:FACE|SURFACE_SET)|CUBIC_BEZIER_TRIANGULATED_FACE)\s*\(")
+_TESSELLATED = re.compile(rb"#(\d+)\s*=\s*((?:COMPLEX_|CUBIC_BEZIER_)?TRIANGULATED_FACE)\s*\(")
+_TESSELLATED_SET = re.compile(rb"#(\d+)\s*=\s*((?:COMPLEX_)?TRIANGULATED_SURFACE_SET)\s*\(")
 _SURFACE = re.compile(
     rb"#(\d+)\s*=\s*(?:\(\s*BOUNDED_SURFACE\s*\(\s*\)\s*)?(B_SPLINE_SURFACE(?:_WITH_KNOTS)?|BEZIER_SURFACE|"
     rb"RECTANGULAR_TRIMMED_SURFACE|CURVE_BOUNDED_SURFACE|RATIONAL_B_SPLINE_SURFACE|QUASI_UNIFORM_SURFACE|UNIFORM_SURFACE)\s*\("
@@ -44,6 +45,13 @@ class StepText:
         if b"TRIANGULATED_" not in self.data:
             return []
         return [FaceText(int(m[1]), m[2].decode()) for m in _TESSELLATED.finditer(self.data)]
+
+    @cached_property
+    def tessellated_sets(self) -> list[FaceText]:
+        """Sets of triangles that are no faces."""
+        if b"TRIANGULATED_" not in self.data:
+            return []
+        return [FaceText(int(m[1]), m[2].decode()) for m in _TESSELLATED_SET.finditer(self.data)]
 
     @cached_property
     def bounded_surfaces(self) -> list[FaceText]:

@@ -17,6 +17,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 from .occt import faces_of
 from .scene import Color, Part, Scene
 
+_MADE_UP = ("NONE", "COMPOUND", "COMPSOLID", "SOLID", "SHELL", "FACE", "ASSEMBLY")
 _SURFACE_COLORS = (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen)
 
 
@@ -124,4 +125,4 @@ def _name(label: TDF_Label) -> str:
     attribute = TDataStd_Name()
     label.FindAttribute(TDataStd_Name.GetID_s(), attribute)
     name = attribute.Get().ToExtString().strip()
-    return "" if name.startswith("=>[") or name == "NONE" else name
+    return "" if name.startswith("=>[") or name in _MADE_UP else name
