@@ -4,8 +4,9 @@
     model.render((1024, 768), view="iso").save("part.png")
     hits = model.cast(origins, directions)
 
-Lengths are mm, angles radians unless a name says otherwise. Every error is a ``trimray.Error``; its subclasses are
-UsageError, InputError (and EmptyError), OutputError, LimitError (TimeLimitError, MemoryLimitError).
+Lengths are mm, angles radians unless a name says otherwise. Every error is a ``trimray.Error``; its
+subclasses are UsageError, InputError (and EmptyError), OutputError, LimitError (TimeLimitError,
+MemoryLimitError).
 
 Names are imported when first used, so that ``import trimray`` costs nothing.
 """

@@ -1,8 +1,9 @@
 """The cache of imported models: one file a model under $XDG_CACHE_HOME/trimray, safe to delete at any time.
 
-A file is named by SHA-256 of the input's bytes, the options that change the result, the version and the build. It holds what
-the store's own format does not (tight bounds, outline points, seconds) as JSON, then the store. A damaged or
-foreign file counts as absent. No error of the cache ever reaches the user: a cache that cannot be written costs time only.
+A file is named by SHA-256 of the input's bytes, the options that change the result, the version and the
+build. It holds what the store's own format does not (tight bounds, outline points, seconds) as JSON, then
+the store. A damaged or foreign file counts as absent. No error of the cache ever reaches the user: a cache
+that cannot be written costs time only.
 """
 
 from __future__ import annotations
@@ -37,14 +38,20 @@ def folder() -> Path:
 def key(data: bytes, extension: str, options: dict[str, Any]) -> str:
     """data: of the input file. extension: decides how a file without a clear beginning is read."""
     digest = hashlib.sha256()
-    for part in (data, extension.lower().encode(), json.dumps(options, sort_keys=True).encode(), _build().encode()):
+    for part in (
+        data,
+        extension.lower().encode(),
+        json.dumps(options, sort_keys=True).encode(),
+        _build().encode(),
+    ):
         digest.update(struct.pack("<Q", len(part)))
         digest.update(part)
     return digest.hexdigest()
 
 
 def _build() -> str:
-    """The version, and the native core's and the importer's files: two builds of one version share nothing."""
+    """The version, and the native core's and the importer's files: two builds of one version share
+    nothing."""
     here = Path(__file__).parent
     files = [p for p in here.iterdir() if p.name.startswith("_core.") and p.suffix == ".so"]
     files += (p for p in (here / "importer").iterdir() if p.suffix == ".py")

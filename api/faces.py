@@ -19,8 +19,9 @@ class Face:
     number: its index in ``model.faces``, and what the AOV ``face`` and ``hits.face`` hold.
     kind: of its surface: "plane", "cylinder", "cone", "sphere", "torus", "extrusion", "revolution", "bezier",
         "bspline", "offset", or "none" (nothing exact in the file).
-    color: (red, green, blue, alpha) in [0, 1], sRGB-encoded, straight alpha: its own, else the one of the first
-        place where its part stands; None where the file gives none (it is then drawn in a neutral grey).
+    color: (red, green, blue, alpha) in [0, 1], sRGB-encoded, straight alpha: its own, else the one of the
+        first place where its part stands; None where the file gives none (it is then drawn in a neutral
+        grey).
     name: from the file, often "". part: name of its part.
     status: "ok", or the reason it cannot be drawn.
     """
@@ -37,9 +38,9 @@ class Face:
 class Instance:
     """A part at a place in the world.
 
-    number: what the AOV ``instance`` and ``hits.instance`` hold. name, part: from the file. path: names from the root of
-    the assembly down to it. faces: numbers of its faces. placement: (3, 4) float64, part to world, mm. color: as of a
-    Face, of those faces that have none of their own.
+    number: what the AOV ``instance`` and ``hits.instance`` hold. name, part: from the file. path: names from
+    the root of the assembly down to it. faces: numbers of its faces. placement: (3, 4) float64, part to
+    world, mm. color: as of a Face, of those faces that have none of their own.
     """
 
     number: int
@@ -52,7 +53,8 @@ class Instance:
 
 
 class Faces(Sequence[Face]):
-    """All faces, made when asked for: a list of a hundred thousand objects would cost more than the picture."""
+    """All faces, made when asked for: a list of a hundred thousand objects would cost more than the
+    picture."""
 
     def __init__(
         self,

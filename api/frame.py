@@ -21,12 +21,13 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     """A rendered picture; ``frame["depth"]`` is one of its planes, rows from the top.
 
     color: (h, w, 4) float32, sRGB-encoded, straight alpha, filtered over the pixel.
-    depth: (h, w) float64, mm along the pixel's ray, from the image plane (orthographic) or the eye; inf: nothing.
+    depth: (h, w) float64, mm along the pixel's ray, from the image plane (orthographic) or the eye; inf:
+        nothing.
     position: (h, w, 3) float64, mm, world. normal: (h, w, 3) float64, unit, outward geometric normal, world.
     uv: (h, w, 2) float64, parameters of the file's surface.
     face, instance: (h, w) int32; -1: nothing.
-    All but color belong to the one ray through the pixel's centre and are never filtered; where it meets nothing, position,
-    normal and uv are 0.
+    All but color belong to the one ray through the pixel's centre and are never filtered; where it meets
+    nothing, position, normal and uv are 0.
     """
 
     def __init__(self, planes: dict[str, npt.NDArray[Any]], size: tuple[int, int]) -> None:
@@ -55,9 +56,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def save(self, path: str | os.PathLike[str] | IO[bytes], *, format: str | None = None) -> None:
         """Writes the picture: PNG, JPEG, WebP or TIFF (color only), or EXR (every plane, as named channels).
 
-        path: a file, or an open binary stream. format: "png", "jpeg", "webp", "tiff" or "exr"; by default the one of the
-        path's extension. The file appears whole or not at all, and equal frames give equal bytes.
-        Raises OutputError; UsageError for an unknown or unfit format.
+        path: a file, or an open binary stream. format: "png", "jpeg", "webp", "tiff" or "exr"; by default
+        the one of the path's extension. The file appears whole or not at all, and equal frames give equal
+        bytes. Raises OutputError; UsageError for an unknown or unfit format.
         """
         from . import image_io
 

@@ -50,7 +50,7 @@ def check_rays(
     counts = {len(a) for a in (o, d, low, high)} - {1}
     if len(counts) > 1:
         raise UsageError(
-            f"rays: {len(o)} origins, {len(d)} directions, {len(low)} tmin, {len(high)} tmax do not fit together"
+            f"rays: {len(o)} origins, {len(d)} directions, {len(low)} tmin and {len(high)} tmax do not fit"
         )
     n = counts.pop() if counts else 1
     return (

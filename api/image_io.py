@@ -24,8 +24,14 @@ if TYPE_CHECKING:
 # Format -> OpenImageIO's name of it.
 FORMATS = {"png": "png", "jpeg": "jpeg", "webp": "webp", "tiff": "tiff", "exr": "openexr"}
 EXTENSIONS = {
-    ".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".webp": "webp", ".tif": "tiff", ".tiff": "tiff", ".exr": "exr",
-}  # fmt: skip
+    ".png": "png",
+    ".jpg": "jpeg",
+    ".jpeg": "jpeg",
+    ".webp": "webp",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".exr": "exr",
+}
 
 # EXR channels of each plane; layers bear the AOV's name.
 CHANNELS = {
@@ -49,17 +55,24 @@ def format_of(path: str | os.PathLike[str], format: str | None = None) -> str:
     else:
         extension = os.path.splitext(os.fspath(path))[1].lower()
         if not extension:
-            raise UsageError(f"{os.fspath(path)}: no extension to choose a format by; give one of: {', '.join(FORMATS)}")
+            raise UsageError(
+                f"{os.fspath(path)}: no extension to choose a format by; give one of: {', '.join(FORMATS)}"
+            )
         name = EXTENSIONS.get(extension, extension[1:])
     if name in FORMATS:
         return name
     if name in ("avif", "heic", "heif"):
-        raise UsageError(f"{name.upper()} is not written: the OpenImageIO wheel lacks it; use webp, png or exr")
-    raise UsageError(f"unknown picture format '{name}'{did_you_mean(name, FORMATS) or ','} one of: {', '.join(FORMATS)}")
+        raise UsageError(
+            f"{name.upper()} is not written: the OpenImageIO wheel lacks it; use webp, png or exr"
+        )
+    raise UsageError(
+        f"unknown picture format '{name}'{did_you_mean(name, FORMATS) or ','} one of: {', '.join(FORMATS)}"
+    )
 
 
 def check_fit(format: str, aovs: tuple[str, ...], opaque: bool) -> None:
-    """Raises UsageError when a picture with these planes cannot go into the format: before it is rendered, not after."""
+    """Raises UsageError when a picture with these planes cannot go into the format: before it is rendered,
+    not after."""
     others = [name for name in aovs if name != "color"]
     if format != "exr" and others:
         raise UsageError(f"{format} holds the colour only, not {', '.join(others)}: write exr")
@@ -141,7 +154,8 @@ def _encode(format: str, names: tuple[str, ...], pixels: npt.NDArray[Any]) -> by
 
 @contextmanager
 def _scratch() -> Iterator[tuple[int, str]]:
-    """An unnamed file in memory that OpenImageIO can open by a path; a temporary file where there is no memfd."""
+    """An unnamed file in memory that OpenImageIO can open by a path; a temporary file where there is no
+    memfd."""
     if hasattr(os, "memfd_create") and os.path.isdir("/proc/self/fd"):
         descriptor = os.memfd_create("trimray")
         try:
@@ -175,7 +189,8 @@ def _date() -> str:
 
 
 def write_file(path: str, data: bytes) -> None:
-    """Puts data at path: beside it under a temporary name, then renamed, so that nobody ever sees a half of it.
+    """Puts data at path: beside it under a temporary name, then renamed, so that nobody ever sees a half of
+    it.
 
     A device or a pipe is written to directly. Raises OutputError; nothing is left behind.
     """

@@ -54,15 +54,18 @@ def load(
 ) -> Model:
     """Reads a model: STEP, IGES or BREP, also compressed, or a shape given in Python.
 
-    path_or_shape: a path; bytes (``name`` then stands for the path); a cadquery Workplane, Shape or Assembly; an OCP shape.
-    cache: keep the imported surfaces under $XDG_CACHE_HOME/trimray and use them again; never for shapes given in Python.
-    heal: "default" is what OpenCascade's readers do, "off" leaves the file's geometry alone, "strict" reports every repair.
+    path_or_shape: a path; bytes (``name`` then stands for the path); a cadquery Workplane, Shape or
+        Assembly; an OCP shape.
+    cache: keep the imported surfaces under $XDG_CACHE_HOME/trimray and use them again; never for shapes
+        given in Python.
+    heal: "default" is what OpenCascade's readers do, "off" leaves the file's geometry alone, "strict"
+        reports every repair.
     precision: mm, below it points are taken as equal and IGES faces are sewn; by default the file's own.
     time_limit: seconds, memory_limit: bytes, of the child process that reads the file; none by default.
     progress: called with a stage and a fraction or None.
 
-    A face that cannot be drawn is no error: see ``Model.report``. Raises InputError for what cannot be read, EmptyError where
-    there is no face, TimeLimitError, MemoryLimitError, UsageError.
+    A face that cannot be drawn is no error: see ``Model.report``. Raises InputError for what cannot be read,
+    EmptyError where there is no face, TimeLimitError, MemoryLimitError, UsageError.
     """
     options = {"heal": heal, "precision": precision}
     limits = {"time_limit": time_limit, "memory_limit": memory_limit}
@@ -204,7 +207,8 @@ class Model:
 
     @cached_property
     def _extent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Tight bounds (2, 3) and outline points (n, 3); the bounds are inf, -inf when nothing can be drawn."""
+        """Tight bounds (2, 3) and outline points (n, 3); the bounds are inf, -inf when nothing can be
+        drawn."""
         return self._core.extent()
 
     @cached_property
@@ -216,7 +220,8 @@ class Model:
 
     @property
     def bounds(self) -> npt.NDArray[np.float64]:
-        """(2, 3) float64, mm: lower and upper corner of the tight box, in the world, of all faces that can be drawn.
+        """(2, 3) float64, mm: lower and upper corner of the tight box, in the world, of all faces that can
+        be drawn.
 
         Raises EmptyError when there is none.
         """
@@ -227,7 +232,8 @@ class Model:
 
     @property
     def unit(self) -> str:
-        """The length unit of the file, such as "mm" or "in". Every length in the API is mm, whatever the file's unit."""
+        """The length unit of the file, such as "mm" or "in". Every length in the API is mm, whatever the
+        file's unit."""
         return str(self._meta.get("unit", "mm"))
 
     @cached_property
@@ -235,12 +241,18 @@ class Model:
         """All faces, in the order of their numbers, those that cannot be drawn included."""
         parts = self._core.instance_prototypes()
         colors = self._core.instance_colors()
-        first = {int(part): color_or_none(color) for part, color in zip(parts[::-1], colors[::-1], strict=True)}
+        first = {
+            int(part): color_or_none(color) for part, color in zip(parts[::-1], colors[::-1], strict=True)
+        }
         shapes = self._core.face_shapes()
         numbers: dict[str, list[int]] = {}
         for number, shape in enumerate(shapes.tolist()):
             numbers.setdefault(str(shape), []).append(number)
-        names = {n: str(text) for shape, text in self._meta.get("face_names", {}).items() for n in numbers.get(shape, ())}
+        names = {
+            n: str(text)
+            for shape, text in self._meta.get("face_names", {}).items()
+            for n in numbers.get(shape, ())
+        }
         return Faces(
             self._core.face_kinds(),
             self._core.face_statuses(),
@@ -298,13 +310,14 @@ class Model:
     ) -> Hits:
         """The nearest hit of each ray in [tmin, tmax]: exact first hits on the trimmed surfaces.
 
-        A feature in its own right: millions of rays a second, where OpenCascade's own intersector does 500 to 8,000.
+        A feature in its own right: millions of rays a second, where OpenCascade's own intersector does 500
+            to 8,000.
 
-        origins, directions: (n, 3) float64, mm, world; one of them may be (3,), for all rays. A direction may have any
-            length but 0; t counts in multiples of it. tmin, tmax: numbers or (n,).
+        origins, directions: (n, 3) float64, mm, world; one of them may be (3,), for all rays. A direction
+            may have any length but 0; t counts in multiples of it. tmin, tmax: numbers or (n,).
         mode: "reference" asks the slow tracer that judges the fast one.
-        threads: 0 for all cores; the result is the same for any number. |error of t| <= 1e-9 of the model's diagonal.
-        Raises UsageError.
+        threads: 0 for all cores; the result is the same for any number. |error of t| <= 1e-9 of the model's
+        diagonal. Raises UsageError.
         """
         reference = choose("mode", mode, MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
@@ -314,7 +327,11 @@ class Model:
                 portions.append(self._scene.cast(*part, reference=reference, threads=threads))
             except _core.ArgumentError as error:
                 raise UsageError(f"cast: {error}") from None
-        return Hits(*portions[0]) if len(portions) == 1 else Hits(*(np.concatenate(p) for p in zip(*portions, strict=True)))
+        return (
+            Hits(*portions[0])
+            if len(portions) == 1
+            else Hits(*(np.concatenate(p) for p in zip(*portions, strict=True)))
+        )
 
     def count_hits(
         self,
@@ -358,12 +375,14 @@ class Model:
     ) -> Frame:
         """A picture of the whole model, fitted to the frame.
 
-        size: (width, height) in px. view: "iso", "front", "back", "left", "right", "top", "bottom", or (azimuth, elevation) in
-            degrees: azimuth 0 is the front, 90 the right side. up: the model's axis that points up, "z", "y", "x", "-z", ...
+        size: (width, height) in px. view: "iso", "front", "back", "left", "right", "top", "bottom", or
+            (azimuth, elevation) in
+            degrees: azimuth 0 is the front, 90 the right side. up: the model's axis that points up, "z",
+                "y", "x", "-z", ...
         projection: "orthographic" or "perspective" (30 degrees across the shorter side).
         samples: rays per pixel for the colour.
-        background: a colour (name, "#rrggbb", 3 or 4 numbers in [0, 1]), two of them for a gradient from top to bottom, or
-            "transparent".
+        background: a colour (name, "#rrggbb", 3 or 4 numbers in [0, 1]), two of them for a gradient from top
+            to bottom, or "transparent".
         aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance"; see Frame.
         orientation: tint faces that turn their inner side to the eye.
         threads: 0 for all cores; the bytes are the same for any number.
@@ -378,7 +397,9 @@ class Model:
         def work(tiles: _core.Progress) -> dict[str, npt.NDArray[Any]]:
             scene = self._scene
             start = time.perf_counter()
-            planes = scene.render(camera, list(names), count, backdrop, orientation, reference, threads, tiles)
+            planes = scene.render(
+                camera, list(names), count, backdrop, orientation, reference, threads, tiles
+            )
             self._seconds["trace"] = time.perf_counter() - start
             return planes
 
@@ -391,13 +412,17 @@ class Model:
         axis = getattr(_core.UpAxis, UP_AXES[choose("up", up.lower().lstrip("+"), UP_AXES)])
         _ = self.bounds  # raises when there is nothing to look at
         outline = np.ascontiguousarray(self._extent[1])
-        return _core.Camera.fit(azimuth, elevation, axis, outline, size[0], size[1], perspective, _FOV_DEG, _MARGIN)
+        return _core.Camera.fit(
+            azimuth, elevation, axis, outline, size[0], size[1], perspective, _FOV_DEG, _MARGIN
+        )
 
 
 _FOV_DEG = 30.0
 _MARGIN = 0.04
 
 
-def _portions(rays: tuple[npt.NDArray[np.float64], ...], length: int) -> list[tuple[npt.NDArray[np.float64], ...]]:
+def _portions(
+    rays: tuple[npt.NDArray[np.float64], ...], length: int
+) -> list[tuple[npt.NDArray[np.float64], ...]]:
     n = len(rays[0])
     return [tuple(a[i : i + length] for a in rays) for i in range(0, max(n, 1), length)]

@@ -14,8 +14,8 @@ from .faces import Face
 class Issue:
     """One entity of the file that was lost, not understood, or changed on reading.
 
-    entity: "#12" in STEP, "D12" in IGES, "face 12", or "". severity: "error" for what is missing from the picture, "warning"
-    for what may differ from the file, "note" for the rest.
+    entity: "#12" in STEP, "D12" in IGES, "face 12", or "". severity: "error" for what is missing from the
+    picture, "warning" for what may differ from the file, "note" for the rest.
     """
 
     entity: str
@@ -27,10 +27,12 @@ class Issue:
 @dataclass(frozen=True)
 class Report:
     """faces_in_file: face entities that the file declares, None where they cannot be counted.
-    faces: distinct faces of the model. drawn: those that can be drawn. not_drawn: the others, each with its reason as status.
+    faces: distinct faces of the model. drawn: those that can be drawn. not_drawn: the others, each with its
+        reason as status.
     issues: of the reading; issues_left_out: beyond those listed.
-    seconds: wall clock per stage ("parse", "transfer", "store", "extent", "cache" ...; reading stages of a cached model are those
-    of the run that filled the cache). peak_memory: bytes, resident, the larger of the reading child and this process.
+    seconds: wall clock per stage ("parse", "transfer", "store", "extent", "cache" ...; reading stages of a
+    cached model are those of the run that filled the cache). peak_memory: bytes, resident, the larger of the
+    reading child and this process.
     cached: the model came from the cache.
     """
 

@@ -1,4 +1,5 @@
-"""Runs a render in a thread of its own, so that the caller's thread hears Ctrl-C, the clock and the progress."""
+"""Runs a render in a thread of its own, so that the caller's thread hears Ctrl-C, the clock and the
+progress."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ def run_watched(
     time_limit: float | None,
     progress: Callable[[str, float | None], None] | None,
 ) -> T:
-    """work(tiles), its errors included. Raises TimeLimitError; whatever interrupts the wait also stops the work."""
+    """work(tiles), its errors included. Raises TimeLimitError; whatever interrupts the wait also stops the
+    work."""
     done: list[T] = []
     failed: list[BaseException] = []
 

@@ -1,4 +1,5 @@
-"""What render()'s words mean: views, axes, colours, sizes. Wrong ones are named, with the nearest right one."""
+"""What render()'s words mean: views, axes, colours, sizes. Wrong ones are named, with the nearest right
+one."""
 
 from __future__ import annotations
 
@@ -42,7 +43,7 @@ Background = str | Sequence[float] | Sequence[str]
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """", did you mean X?" or ""."""
+    """ ", did you mean X?" or ""."""
     near = difflib.get_close_matches(word.lower(), list(known), n=1, cutoff=0.6)
     return f", did you mean '{near[0]}'?" if near else ""
 
@@ -63,7 +64,9 @@ def parse_view(view: View) -> tuple[float, float]:
             return VIEWS[view]
         if "," not in view:
             hint = did_you_mean(view, VIEWS) or ","
-            raise UsageError(f"view: unknown '{view}'{hint} one of: {', '.join(VIEWS)}, or AZIMUTH,ELEVATION in degrees")
+            raise UsageError(
+                f"view: unknown '{view}'{hint} one of: {', '.join(VIEWS)}, or AZIMUTH,ELEVATION in degrees"
+            )
         view = view.split(",")  # type: ignore[assignment]
     try:
         azimuth, elevation = (float(x) for x in view)
@@ -107,8 +110,8 @@ def parse_samples(samples: int | str) -> int:
 def parse_background(background: Background) -> tuple[Rgba, Rgba]:
     """Top and bottom of the picture, sRGB-encoded, straight alpha. Raises UsageError.
 
-    A colour is a name, "#rgb", "#rrggbb", "#rrggbbaa", "transparent", or 3 or 4 numbers in [0, 1]; two colours (a pair,
-    or one text with a comma) are a vertical gradient from top to bottom.
+    A colour is a name, "#rgb", "#rrggbb", "#rrggbbaa", "transparent", or 3 or 4 numbers in [0, 1]; two
+    colours (a pair, or one text with a comma) are a vertical gradient from top to bottom.
     """
     if isinstance(background, str):
         colors = [_text_color(part.strip()) for part in background.split(",")]
@@ -127,7 +130,9 @@ def _text_color(text: str) -> Rgba:
     code = COLORS.get(text.lower(), text)
     match = re.fullmatch(r"#([0-9a-fA-F]{3,4}|[0-9a-fA-F]{6}|[0-9a-fA-F]{8})", code)
     if match is None:
-        raise UsageError(f"background: unknown colour '{text}'{did_you_mean(text, COLORS) or ','} a name or #rrggbb[aa]")
+        raise UsageError(
+            f"background: unknown colour '{text}'{did_you_mean(text, COLORS) or ','} a name or #rrggbb[aa]"
+        )
     digits = match[1]
     if len(digits) < 6:
         digits = "".join(2 * d for d in digits)

@@ -1,0 +1,1 @@
+"""The command ``trimray``. Uses the public package only."""

@@ -1,0 +1,50 @@
+"""Entry point: runs a command and turns every error into one line and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Returns the exit code. arguments: without the program's name; by default the process's own."""
+    import click
+
+    from .app import app
+    from .output import say
+
+    args = sys.argv[1:] if arguments is None else arguments
+    try:
+        if not args and "_TRIMRAY_COMPLETE" not in os.environ:
+            args = ["--help"]
+        code = app.main(args, prog_name="trimray", standalone_mode=False)
+        return code if isinstance(code, int) else 0
+    except click.ClickException as error:
+        say(error.format_message(), error=True)
+        return error.exit_code
+    except (KeyboardInterrupt, click.Abort):
+        say("interrupted", error=True)
+        return 130
+    except BrokenPipeError:
+        return 4
+    except Exception as error:
+        from trimray import Error
+
+        if isinstance(error, Error):
+            say(str(error), error=True)
+            return error.exit_code
+        say(f"internal error: {type(error).__name__}: {error}; -vv shows where", error=True)
+        if any(a.startswith("-vv") for a in args) or args.count("-v") + args.count("--verbose") > 1:
+            import traceback
+
+            traceback.print_exc()
+        return 70
+
+
+def entry() -> None:
+    """For ``python -m trimray.cli``."""
+    sys.exit(main())
+
+
+if __name__ == "__main__":
+    entry()

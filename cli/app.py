@@ -1,0 +1,171 @@
+"""The commands and their arguments; what they do stands in the modules named after them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from . import config
+from .options import Option, options_of
+
+_CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+class _Text(click.ParamType):
+    """A value that the table's parse function checks."""
+
+    def __init__(self, option: Option) -> None:
+        self.name = option.metavar or "text"
+        self._parse = option.parse
+        self._flag, self._key = option.flags[-1], f"{option.name}: "
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if self._parse is None or not isinstance(value, str):
+            return value
+        from trimray import UsageError
+
+        try:
+            return self._parse(value)
+        except UsageError as error:
+            raise click.UsageError(f"{self._flag}: {str(error).removeprefix(self._key)}", ctx) from None
+
+
+def _parameter(option: Option) -> click.Option:
+    envvar = f"TRIMRAY_{option.name.upper()}" if option.config else None
+    common: dict[str, Any] = {"help": option.help, "envvar": envvar, "show_envvar": False}
+    flags = [*option.flags, option.name]
+    if option.count:
+        return click.Option(flags, count=True, **common)
+    if option.flag:
+        return click.Option(flags, is_flag=True, default=option.default, **common)
+    kind: click.ParamType = click.Choice(option.choices) if option.choices else _Text(option)
+    default: Any = option.default
+    if option.multiple:
+        default = [default]
+    return click.Option(
+        flags,
+        type=kind,
+        default=default,
+        metavar=option.metavar or None,
+        multiple=option.multiple,
+        show_default=option.default is not None,
+        **common,
+    )
+
+
+class _Command(click.Command):
+    """A command whose options come from the table, and their defaults from the configuration file."""
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+    ) -> click.Context:
+        if "-h" not in args and "--help" not in args:
+            extra.setdefault("default_map", config.read())
+        return super().make_context(info_name, args, parent, **extra)
+
+
+class _Group(click.Group):
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        name = args[0]
+        if self.get_command(ctx, name) is None and not name.startswith("-"):
+            from trimray.views import did_you_mean
+
+            known = self.list_commands(ctx)
+            hint = did_you_mean(name, known) or f", one of: {', '.join(known)}"
+            raise click.UsageError(f"unknown command '{name}'{hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+def _version(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value and not context.resilient_parsing:
+        from .doctor import version_text
+        from .output import write_stdout
+
+        write_stdout(version_text())
+        context.exit(0)
+
+
+@click.group(cls=_Group, context_settings=_CONTEXT)
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_version,
+    help="Versions, and exit.",
+)
+def app() -> None:
+    """Exact pictures of STEP and IGES files.
+
+    Exit codes: 0 complete; 1 done, but something is missing; 2 wrong usage; 3 input unreadable or without
+    faces; 4 output not written; 5 time or memory limit; 70 internal error; 130 interrupted.
+    """
+
+
+def _command(name: str, run: Callable[..., int], about: str) -> None:
+    parameters: list[click.Parameter] = [click.Argument(["inputs"], nargs=-1, metavar="IN...")]
+    parameters += [_parameter(option) for option in options_of(name)]
+
+    def callback(**values: Any) -> int:
+        context = click.get_current_context()
+        if values.pop("print_config"):
+            from .output import write_stdout
+
+            write_stdout(config.show(context, name))
+            return 0
+        if not values["inputs"]:
+            raise click.UsageError("missing input: give a file, or - for stdin", context)
+        return run(**values)
+
+    app.add_command(
+        _Command(name, params=parameters, callback=callback, help=about, context_settings=_CONTEXT)
+    )
+
+
+def _render(**values: Any) -> int:
+    from .render import run
+
+    return run(**values)
+
+
+def _info(**values: Any) -> int:
+    from .info import run
+
+    return run(**values)
+
+
+_command(
+    "render",
+    _render,
+    "Draw each IN (STEP, IGES, BREP, also compressed; - for stdin) to OUT.\n\n"
+    "Faces that cannot be drawn are named on stderr.",
+)
+_command(
+    "info",
+    _info,
+    "Say what is in each IN: faces by kind, parts, unit, bounds, colours, what cannot be drawn.",
+)
+
+
+@app.command(context_settings=_CONTEXT)
+def doctor() -> int:
+    """Check that everything trimray needs is there and works."""
+    from .doctor import run
+
+    return run()
+
+
+@app.command(context_settings=_CONTEXT)
+@click.argument("shell", type=click.Choice(("bash", "zsh", "fish")))
+def completion(shell: str) -> int:
+    """Print the completion script of a shell: eval "$(trimray completion bash)"."""
+    from click.shell_completion import get_completion_class
+
+    from .output import write_stdout
+
+    maker = get_completion_class(shell)
+    assert maker is not None
+    write_stdout(maker(app, {}, "trimray", "_TRIMRAY_COMPLETE").source())
+    return 0

@@ -1,0 +1,105 @@
+"""trimray doctor and --version: what is there, and whether it works."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+
+from trimray import __version__
+
+from .output import write_stdout
+
+
+def _installed(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def version_text() -> str:
+    """Nothing heavy is imported for it."""
+    occt = _installed("cadquery-ocp")
+    release = ".".join(occt.split(".")[:3]) if occt[0].isdigit() else occt
+    return (
+        f"trimray {__version__}\n"
+        f"OpenCascade {release} (cadquery-ocp {occt})\n"
+        f"OpenImageIO {_installed('openimageio')}\n"
+        "raster backend none (the standard tracer needs none)\n"
+        f"Python {platform.python_version()}, {platform.system()} {platform.machine()}\n"
+    )
+
+
+def run() -> int:
+    """0 when all is well, 1 otherwise."""
+    checks: tuple[tuple[str, Callable[[], str]], ...] = (
+        ("native core", _core),
+        ("OpenCascade", _opencascade),
+        ("OpenImageIO", _openimageio),
+        ("cache", _cache),
+        ("configuration", _configuration),
+    )
+    write_stdout(version_text())
+    bad = 0
+    for name, check in checks:
+        try:
+            write_stdout(f"ok    {name}: {check()}\n")
+        except Exception as error:
+            bad += 1
+            write_stdout(f"BAD   {name}: {' '.join(str(error).split())}\n")
+    return 1 if bad else 0
+
+
+def _core() -> str:
+    from trimray import _core as core
+
+    camera = core.Camera.fit  # the module loaded and has what it should have
+    assert camera is not None
+    return f"{len(os.sched_getaffinity(0))} threads"
+
+
+def _opencascade() -> str:
+    """In a process of its own, as it is used."""
+    code = "import OCP.STEPControl, OCP.Standard; print('loads')"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False
+    )
+    if done.returncode != 0:
+        raise RuntimeError((done.stderr.strip().splitlines() or [f"ended with {done.returncode}"])[-1])
+    return done.stdout.strip()
+
+
+def _openimageio() -> str:
+    import numpy as np
+
+    from trimray import Frame
+    from trimray.image_io import FORMATS, encode
+
+    frame = Frame({"color": np.ones((2, 2, 4), np.float32)}, (2, 2))
+    sizes = [f"{name} {len(encode(frame, name))} B" for name in FORMATS]
+    return "writes " + ", ".join(sizes)
+
+
+def _cache() -> str:
+    from trimray import cache
+
+    folder = cache.folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+    count, size = cache.size()
+    return f"{folder}: {count} models, {size / 1e6:.1f} MB"
+
+
+def _configuration() -> str:
+    from . import config
+
+    values = config.read()
+    return (
+        f"{config.path()}: {len(values)} options" if config.path().exists() else f"{config.path()}: not there"
+    )

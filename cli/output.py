@@ -1,0 +1,45 @@
+"""What goes to the terminal: one line an event on stderr, data on stdout."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import TextIO
+
+from trimray import OutputError
+
+
+def colored(stream: TextIO) -> bool:
+    """NO_COLOR and FORCE_COLOR decide before the terminal does (no-color.org, force-color.org)."""
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    return stream.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def say(text: str, *, error: bool = False) -> None:
+    """One line on stderr. A terminal that went away is no reason to fail."""
+    line = " ".join(text.splitlines())
+    head = "trimray:"
+    if colored(sys.stderr):
+        head = f"\x1b[1;{'31' if error else '33'}m{head}\x1b[0m"
+    with contextlib.suppress(OSError):
+        print(f"{head} {line}", file=sys.stderr, flush=True)
+
+
+def write_stdout(data: bytes | str) -> None:
+    """Data on stdout, flushed. Raises OutputError."""
+    try:
+        sys.stdout.flush()
+        stream = getattr(sys.stdout, "buffer", None)
+        if stream is None:
+            sys.stdout.write(data if isinstance(data, str) else data.decode())
+        else:
+            stream.write(data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data)
+            stream.flush()
+    except OSError as error:
+        # What is still in the buffer must not raise once more when the interpreter ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise OutputError(f"stdout: not written: {error.strerror or error}") from None

@@ -1,0 +1,148 @@
+"""trimray render: each input to a picture; one bad file never ends a batch."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from typing import Any
+
+from trimray import Error, Model, TimeLimitError, UsageError, load
+from trimray.frame import parse_aovs
+from trimray.image_io import check_fit, encode, write_file
+from trimray.views import parse_background
+
+from .files import Job, plan
+from .output import say, write_stdout
+from .progress import Sink, progress_of
+
+# Faces named on stderr, an input; the report names all.
+_MAX_NAMED = 20
+
+
+def run(inputs: tuple[str, ...], **options: Any) -> int:
+    """Returns the exit code. options: of the table, by name."""
+    jobs = plan(inputs, options["output"], options["format"])
+    aovs = parse_aovs(",".join(options["aov"]))
+    opaque = all(color[3] >= 1.0 for color in parse_background(options["background"]))
+    for job in jobs:
+        check_fit(job.format, aovs, opaque)
+    if options["output"] == "-":
+        if options["report"] == "-":
+            raise UsageError("the picture and the report cannot both go to stdout")
+        if sys.stdout.isatty() and not options["dry_run"]:
+            raise UsageError("stdout is a terminal: redirect it, or give -o FILE")
+    if options["dry_run"]:
+        write_stdout("".join(f"{job.source} -> {job.target} ({job.format})\n" for job in jobs))
+        return 0
+    results = [_one(job, aovs, options) for job in jobs]
+    if options["report"]:
+        _write_report(options["report"], results)
+    return exit_code([int(result["exit_code"]) for result in results])
+
+
+def exit_code(codes: list[int]) -> int:
+    """Of a batch: the common code, or 1 when some inputs fared worse than others."""
+    return codes[0] if len(set(codes)) == 1 else 1
+
+
+def _one(job: Job, aovs: tuple[str, ...], options: dict[str, Any]) -> dict[str, Any]:
+    """What became of one input, for the report. Never raises for an input's sake."""
+    result: dict[str, Any] = {"input": job.source, "output": job.target, "format": job.format, "error": None}
+    start = time.perf_counter()
+    try:
+        with progress_of(job.name, options["progress"], options["quiet"]) as progress:
+            model = _draw(job, aovs, options, progress)
+        result["report"] = model.report.as_dict()
+        result["exit_code"] = _tell(job, model, options, time.perf_counter() - start)
+    except Error as error:
+        text = str(error)
+        if job.name not in text and job.target not in text:
+            text = f"{job.name}: {text}"
+        say(text, error=True)
+        result["error"], result["exit_code"] = text, error.exit_code
+    result["seconds"] = round(time.perf_counter() - start, 6)
+    return result
+
+
+def read(source: str, name: str, options: dict[str, Any], progress: Sink) -> Model:
+    """The model of a path or of stdin, under the options of the table."""
+    data: str | bytes = sys.stdin.buffer.read() if source == "-" else source
+    return load(
+        data,
+        cache=options["cache"],
+        heal=options["heal"],
+        precision=options["precision"],
+        time_limit=options["time_limit"],
+        memory_limit=options["memory_limit"],
+        name=name,
+        progress=progress,
+    )
+
+
+def _draw(job: Job, aovs: tuple[str, ...], options: dict[str, Any], progress: Sink) -> Model:
+    start = time.monotonic()
+    model = read(job.source, job.name, options, progress)
+    limit: float | None = options["time_limit"]
+    left = None if limit is None else limit - (time.monotonic() - start)
+    if left is not None and left <= 0:
+        raise TimeLimitError(f"{job.name}: not done within {limit:g} s")
+    frame = model.render(
+        options["size"],
+        view=options["view"],
+        projection=options["projection"],
+        up=options["up"],
+        samples=options["samples"],
+        background=options["background"],
+        mode=options["mode"],
+        aovs=aovs,
+        orientation=options["orientation"],
+        threads=options["jobs"],
+        time_limit=left,
+        progress=progress,
+    )
+    progress("write", None)
+    data = encode(frame, job.format)
+    if job.target == "-":
+        write_stdout(data)
+    else:
+        write_file(job.target, data)
+    return model
+
+
+def _tell(job: Job, model: Model, options: dict[str, Any], seconds: float) -> int:
+    """Lines on stderr about a picture that was written; returns its exit code."""
+    report = model.report
+    if options["verbose"]:
+        origin = "from the cache" if report.cached else "imported"
+        say(
+            f"{job.name}: {report.drawn} of {report.faces} faces drawn, {origin}, "
+            f"{seconds:.2f} s: {job.target}"
+        )
+        for stage, value in report.seconds.items():
+            say(f"{job.name}: {stage} {value:.3f} s")
+        for issue in report.issues:
+            if issue.severity != "error":
+                say(f"{job.name}: {issue.severity}: {issue.entity} ({issue.kind}): {issue.reason}")
+    if report.complete:
+        return 0
+    tell_problems(job.name, report.problems())
+    return 1
+
+
+def tell_problems(name: str, problems: list[str]) -> None:
+    """One line each, the first ones; then their number."""
+    for line in problems[:_MAX_NAMED]:
+        say(f"{name}: {line}")
+    if len(problems) > _MAX_NAMED:
+        say(f"{name}: {len(problems) - _MAX_NAMED} more not drawn; --report FILE names all")
+
+
+def _write_report(path: str, results: list[dict[str, Any]]) -> None:
+    from trimray import __version__
+
+    data = json.dumps({"trimray": __version__, "results": results}, indent=2, ensure_ascii=False) + "\n"
+    if path == "-":
+        write_stdout(data)
+    else:
+        write_file(path, data.encode("utf-8", "surrogateescape"))
