@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kExtendMost = 0.02;  // of the uv_box: beyond it an extrapolated spline means nothing
 constexpr int kMaxOffsetDepth = 6;
+constexpr double kSame = 1e-10;       // of the face's size: crossings of one direction so close are one
 constexpr double kFitTol = 1e-10;     // of the face's size, approximation of offset surfaces
 
 Vec3 affine(const Vec4& h) { return Vec3(h) / h.w; }
@@ -278,8 +279,10 @@ void FaceModel::roots(const Line& line, std::vector<trace::Root>& out) const {
     }
   }
   std::sort(roots.begin(), roots.end(), [](const trace::Root& a, const trace::Root& b) { return a.t < b.t; });
+  for (trace::Root& r : roots) r.inside = trims_.inside(r.uv_face);
 
-  // The same root from two pieces; and the two halves of a tangent one, which only the shift has parted.
+  // The same root from two pieces or from both sides of a seam; and the two halves of a tangent one, which
+  // only the shift has parted.
   auto apart = [&](const trace::Root& a, const trace::Root& b) {
     dvec2 d = glm::abs(a.uv_face - b.uv_face);
     for (int axis = 0; axis < 2; ++axis) {
@@ -293,15 +296,13 @@ void FaceModel::roots(const Line& line, std::vector<trace::Root>& out) const {
   for (std::size_t a = 0; a < roots.size(); ++a)
     for (std::size_t b = a + 1; b < roots.size() && !dropped[a]; ++b) {
       if (dropped[b]) continue;
-      const double dt = roots[b].t - roots[a].t, duv = apart(roots[a], roots[b]);
-      if (roots[a].sign == roots[b].sign && dt <= 1e-9 * size_ && duv <= 1e-9) dropped[b] = 1;
-      if (roots[a].sign != roots[b].sign && step > 0 && dt <= tangent_t && duv <= tangent_uv) dropped[a] = dropped[b] = 1;
+      const double dt = roots[b].t - roots[a].t;
+      if (roots[a].sign == roots[b].sign && dt <= kSame * size_) dropped[roots[a].inside ? b : a] = 1;
+      if (roots[a].sign != roots[b].sign && step > 0 && dt <= tangent_t && apart(roots[a], roots[b]) <= tangent_uv)
+        dropped[a] = dropped[b] = 1;
     }
-  for (std::size_t k = 0; k < roots.size(); ++k) {
-    if (dropped[k]) continue;
-    roots[k].inside = trims_.inside(roots[k].uv_face);
-    out.push_back(roots[k]);
-  }
+  for (std::size_t k = 0; k < roots.size(); ++k)
+    if (!dropped[k]) out.push_back(roots[k]);
 }
 
 }  // namespace trimray::reference

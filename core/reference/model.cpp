@@ -11,8 +11,11 @@ namespace {
 
 using Matrix = glm::mat<3, 3, Real>;
 
-// What the p-curves misjudge lies between a p-curve's image and the path, both within a band of each other.
-constexpr double kReach = 2.0;  // bands
+constexpr double kSearchBands = 2.0;  // how far beyond its uv_box a face is searched
+
+// What the p-curves misjudge lies between a p-curve's image and the path: followed along the face's tangent
+// plane to where the line passes the path, such a root comes this near to the line, in bands.
+constexpr double kCloseBands = 8.0;
 
 Line local_line(const trace::Ray& ray, const nurbs::Instance& instance) {
   const Matrix inverse = glm::inverse(Matrix(instance.placement.linear));
@@ -35,7 +38,7 @@ Model::Model(const nurbs::NurbsStore& store, const trace::Ray* only, int threads
   auto margin = [&](std::int32_t face) {
     double band = 0.0;
     for (std::int32_t e : edges_of(face)) band = std::max(band, store.edges[e].band);
-    return kReach * band;
+    return kSearchBands * band;
   };
   if (only) {
     for (const nurbs::Instance& instance : store.instances) {
@@ -109,31 +112,27 @@ void Model::resolve(std::int32_t face, const Line& line, std::span<const NearStr
                     std::vector<trace::Root>& roots) const {
   int missing = winding(face, line);
   for (const trace::Root& r : roots) missing -= r.inside ? r.sign : 0;
-  auto path_of = [&](const trace::Root& r) {
+  auto closeness = [&](const trace::Root& r) {
+    const double slope = std::abs(glm::dot(r.normal, dvec3(line.dir)));
     double best = kInf;
-    for (const NearStretch& spot : near) {
-      const double reach = kReach * paths_[spot.edge].band;
-      best = std::min(best, path_distance(paths_[spot.edge], dvec3(line.org + Real(r.t) * line.dir), reach) / reach);
-    }
+    for (const NearStretch& spot : near) best = std::min(best, std::abs(r.t - spot.t) * slope / paths_[spot.edge].band);
     return best;
   };
+  std::vector<const NearStretch*> spots;
+  for (const NearStretch& spot : near) spots.push_back(&spot);
+  std::sort(spots.begin(), spots.end(), [](const NearStretch* a, const NearStretch* b) { return a->distance < b->distance; });
+  std::size_t next_spot = 0;
   while (missing != 0) {
     const int sign = missing > 0 ? 1 : -1;
     trace::Root* pick = nullptr;
-    double closest = kInf;
+    double closest = kCloseBands;
     for (trace::Root& r : roots) {
       if ((r.inside ? -r.sign : r.sign) != sign) continue;
-      const double distance = path_of(r);
+      const double distance = closeness(r);
       if (distance < closest) closest = distance, pick = &r;
     }
-    if (pick) {
-      pick->inside = !pick->inside;
-    } else {
-      const auto spot = std::min_element(near.begin(), near.end(), [](const NearStretch& a, const NearStretch& b) {
-        return a.distance < b.distance;
-      });
-      roots.push_back(on_path(face, line, *spot, sign));
-    }
+    if (pick) pick->inside = !pick->inside;
+    else roots.push_back(on_path(face, line, *spots[next_spot++ % spots.size()], sign));
     missing -= sign;
   }
 }

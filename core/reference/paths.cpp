@@ -74,17 +74,6 @@ void search(Curve4 c, double band, std::int32_t edge, std::vector<NearStretch>& 
   out.push_back(here);
 }
 
-void search_distance(Curve4 c, const dvec3& p, double& best) {
-  const Box3 box = hull_box(c);
-  const dvec3 gap = glm::max(dvec3(0.0), glm::max(box.lower - p, p - box.upper));
-  if (glm::length(gap) >= best) return;
-  for (const dvec4& end : {c.front(), c.back()}) best = std::min(best, glm::length(dvec3(end) / end.w - p));
-  if (glm::length(box.extent()) <= 1e-3 * best + 1e-15) return;
-  Curve4 low = halve(c);
-  search_distance(std::move(low), p, best);
-  search_distance(std::move(c), p, best);
-}
-
 }  // namespace
 
 EdgePath edge_path(const nurbs::NurbsStore& store, std::int32_t edge) {
@@ -124,13 +113,6 @@ int path_crossings(const EdgePath& path, const Line& line) {
     sum += half_line_crossings(c);
   }
   return sum;
-}
-
-double path_distance(const EdgePath& path, const dvec3& point, double limit) {
-  double best = limit * (1.0 + 1e-9) + 1e-300;
-  const double cut = best;
-  for (const Curve4& curve : path.curves) search_distance(curve, point, best);
-  return best < cut ? best : kInf;
 }
 
 }  // namespace trimray::reference

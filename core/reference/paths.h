@@ -1,5 +1,5 @@
-// The edge paths of a store as the reference tracer sees them: how far a line keeps from a path, how often a
-// half-line from it crosses the path, how far a point is from it.
+// The edge paths of a store as the reference tracer sees them: how far a line keeps from a path, and how
+// often a half-line from the line crosses it.
 #pragma once
 
 #include <vector>
@@ -28,8 +28,5 @@ void near_stretches(const EdgePath& path, std::int32_t edge, const Line& line, s
 
 // Signed crossings of the path with a half-line fixed by the line alone.
 int path_crossings(const EdgePath& path, const Line& line);
-
-// Distance from a point to the path, or infinity where it exceeds limit.
-double path_distance(const EdgePath& path, const dvec3& point, double limit);
 
 }  // namespace trimray::reference
