@@ -16,6 +16,9 @@ namespace {
 // passes the edge, it changes its distance from the ray by at most this many bands.
 constexpr double kCloseBands = 8.0;
 
+// A root this close to one place of one edge, and to no other, is on the face's side of the path or not.
+constexpr double kSideBands = 2.0, kSideReach = 16.0;
+
 // One use of an edge by a face: its part of the boundary winding.
 struct Use {
   std::int32_t local_edge = -1, coedge = -1;
@@ -65,6 +68,8 @@ struct EdgeRule::Impl {
     return nullptr;
   }
 
+  void decide_by_side(const Ray& ray, std::int32_t face, std::span<const NearEdge* const> own,
+                      std::vector<Root>& roots) const;
   Root root_on_edge(const Ray& ray, std::int32_t face, const NearEdge& near, int sign) const;
 
   const nurbs::NurbsStore& store;
@@ -145,6 +150,30 @@ Root EdgeRule::Impl::root_on_edge(const Ray& ray, std::int32_t face, const NearE
   return root;
 }
 
+// Where a root lies at one place of one edge, the side of the path decides, the same for both faces. The sum alone
+// would let two mistakes at two edges of a face pass.
+void EdgeRule::Impl::decide_by_side(const Ray& ray, std::int32_t face, std::span<const NearEdge* const> own,
+                                    std::vector<Root>& roots) const {
+  for (Root& r : roots) {
+    const NearEdge* place = nullptr;
+    int places = 0;
+    for (const NearEdge* n : own) {
+      const double band = store.edges[n->edge].band, gap = std::abs(r.t - n->t);
+      if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, ray.dir)) > kSideBands * band) continue;
+      place = n, ++places;
+    }
+    if (places != 1 || place->side == 0) continue;
+    int sign = 0, count = 0;
+    for (const Use& use : of_face(face)) {
+      if (use.local_edge != place->edge - paths.first_edge) continue;
+      sign += use.sign, ++count;
+    }
+    // On a seam the face is on both sides. Elsewhere it lies to the left of its boundary as seen from outside.
+    if (count == 2 && sign == 0) r.inside = true;
+    else if (count == 1) r.inside = place->side * sign * r.sign > 0;
+  }
+}
+
 void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEdge> near,
                        std::vector<Root>& roots) const {
   const Impl& m = *impl_;
@@ -154,17 +183,19 @@ void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEd
       return a.t != b.t ? a.t < b.t : a.sign < b.sign;
     });
   };
+  std::vector<const NearEdge*> own;
+  for (const NearEdge& n : near)
+    if (m.use_of(face, n.edge)) own.push_back(&n);
+  if (own.empty()) return finish();
+  std::sort(own.begin(), own.end(), [](const NearEdge* a, const NearEdge* b) {
+    return a->distance != b->distance ? a->distance < b->distance : a->edge != b->edge ? a->edge < b->edge : a->t < b->t;
+  });
+
+  m.decide_by_side(ray, face, own, roots);
   int sum = 0;
   for (const Root& r : roots) sum += r.inside ? r.sign : 0;
   const int wanted = m.winding(m.paths.frame(ray), face);
   if (sum == wanted) return finish();
-
-  std::vector<const NearEdge*> own;
-  for (const NearEdge& n : near)
-    if (m.use_of(face, n.edge)) own.push_back(&n);
-  std::sort(own.begin(), own.end(), [](const NearEdge* a, const NearEdge* b) {
-    return a->distance != b->distance ? a->distance < b->distance : a->edge != b->edge ? a->edge < b->edge : a->t < b->t;
-  });
 
   // In bands: along a surface that the ray grazes, a small gap at the edge is a long way for the root.
   const auto closeness = [&](const Root& r) {
@@ -190,8 +221,8 @@ void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEd
     if (best) {
       best->inside = !best->inside;
       sum += need;
-    } else if (!own.empty() && next_edge < 2 * own.size() + 2) {
-      // An unsigned cap: a face wound many times about the ray is a damaged one.
+    } else if (next_edge < 2 * own.size() + 2) {
+      // A cap on their number: a face wound many times about the ray is a damaged one.
       roots.push_back(m.root_on_edge(ray, face, *own[next_edge++ % own.size()], need));
       sum += need;
     } else if (!far_too) {

@@ -27,6 +27,9 @@ struct NearEdge {
   double t = 0.0;         // of the closest approach, along the ray
   double distance = 0.0;  // from the ray to the path there
   double edge_t = 0.0;    // the edge's own parameter there
+  // Seen with dir towards the eye, the ray passes to the left (+1) or right (-1) of the path; 0 where that
+  // cannot be said (at the path's ends, or along the ray). Agrees with winding() to the last bit.
+  std::int8_t side = 0;
 };
 
 class EdgeRule {

@@ -24,6 +24,9 @@ Box3 box_of_edges(const nurbs::NurbsStore& store, nurbs::Range edges) {
   return box;
 }
 
+// Coordinates below this part of the diagonal are rounding.
+constexpr double kRounding = 1e-15;
+
 bool upper(double y) { return y >= 0.0; }
 
 // Crossings of the straight line from a to b.
@@ -76,6 +79,26 @@ int curve_crossings(const Planar& c, int degree, bool s0, bool s1, double size, 
   const bool middle = upper(right.y[0]);
   return curve_crossings(left, degree, s0, middle, size, depth + 1) +
          curve_crossings(right, degree, middle, s1, size, depth + 1);
+}
+
+Planar project_piece(const dvec4* ctrl_h, int degree, const RayFrame& f, double& weight) {
+  Planar planar;
+  weight = 0.0;
+  for (int i = 0; i <= degree; ++i) {
+    const dvec4& h = ctrl_h[i];
+    const dvec3 d = dvec3(h) - h.w * f.org;
+    planar.x[i] = glm::dot(f.e1, d), planar.y[i] = glm::dot(f.e2, d);
+    weight = std::max(weight, h.w);
+  }
+  return planar;
+}
+
+// One definition for all callers: what side() compares must be what crossings() counts.
+int piece_crossings(const EdgePaths& paths, const PathPiece& piece, dvec2 from, dvec2 to, const RayFrame& f) {
+  if (piece.degree == 1) return line_crossings(from, to);
+  double weight;
+  const Planar planar = project_piece(&paths.ctrl_h[piece.ctrl], piece.degree, f, weight);
+  return curve_crossings(planar, piece.degree, upper(from.y), upper(to.y), kRounding * paths.diagonal * weight, 0);
 }
 
 }  // namespace
@@ -156,26 +179,62 @@ int EdgePaths::crossings(std::int32_t local_edge, const RayFrame& f) const {
   if (edge.piece_count == 0) return line_crossings(f.project(joint[0]), f.project(joint[1]));
   dvec2 from = f.project(joint[1]);
   int sum = line_crossings(f.project(joint[0]), from);
-  const double size = 1e-15 * diagonal;
   for (std::int32_t p = 0; p < edge.piece_count; ++p) {
     const dvec2 to = f.project(joint[p + 2]);
-    const PathPiece& piece = pieces[edge.piece + p];
-    if (piece.degree == 1) {
-      sum += line_crossings(from, to);
-    } else {
-      Planar planar;
-      double weight = 0.0;
-      for (int i = 0; i <= piece.degree; ++i) {
-        const dvec4& h = ctrl_h[piece.ctrl + i];
-        const dvec3 d = dvec3(h) - h.w * f.org;
-        planar.x[i] = glm::dot(f.e1, d), planar.y[i] = glm::dot(f.e2, d);
-        weight = std::max(weight, h.w);
-      }
-      sum += curve_crossings(planar, piece.degree, upper(from.y), upper(to.y), size * weight, 0);
-    }
+    sum += piece_crossings(*this, pieces[edge.piece + p], from, to, f);
     from = to;
   }
   return sum + line_crossings(from, f.project(joint[last]));
+}
+
+int EdgePaths::side(std::int32_t local_edge, std::int32_t piece_index, double s, const RayFrame& f) const {
+  const PathEdge& edge = edges[local_edge];
+  const PathPiece& piece = pieces[piece_index];
+  const std::span<const dvec4> ctrl(&ctrl_h[piece.ctrl], static_cast<std::size_t>(piece.degree) + 1);
+  const auto at = [&](double t) {
+    const dvec4 h = nurbs::evaluate_bezier<dvec4>(ctrl, t);
+    return f.project(dvec3(h) / h.w);
+  };
+  // The direction of the path there, from a chord that is short but far above rounding.
+  constexpr double kChord = 1e-5;
+  const double s0 = std::max(s - kChord, 0.0), s1 = std::min(s + kChord, 1.0);
+  const dvec2 chord = at(s1) - at(s0);
+  const double length = glm::length(chord), step = length / (s1 - s0);  // per unit of s
+  const double near = 1e-9 * diagonal;
+  if (!(step > 1e-4 * diagonal)) return 0;
+  const dvec2 left = dvec2(-chord.y, chord.x) / length;
+  const double aside = -glm::dot(at(s), left);
+  if (std::abs(aside) > near) return aside > 0.0 ? 1 : -1;
+
+  // So close, rounding decides, and it must decide as crossings() does: does the piece cross the half-line as
+  // often as one that makes a detour round the ray on the left?
+  const double h = 1e3 * near / step;
+  if (s - h <= 0.0 || s + h >= 1.0) return 0;
+  const dvec3* joint = &joints[edge.joint];
+  const std::int32_t p = piece_index - edge.piece;
+  const dvec2 from = f.project(joint[p + 1]), to = f.project(joint[p + 2]);
+  const dvec2 before = at(s - h), after = at(s + h), detour = 10.0 * near * left;
+  int around = line_crossings(before, detour) + line_crossings(detour, after);
+  if (piece.degree == 1) {
+    around += line_crossings(from, before) + line_crossings(after, to);
+  } else {
+    double weight;
+    const Planar whole = project_piece(ctrl.data(), piece.degree, f, weight);
+    const double size = kRounding * diagonal * weight;
+    std::vector<dvec2> points(ctrl.size()), first(ctrl.size()), rest(ctrl.size());
+    const auto part = [&](const std::vector<dvec2>& c, bool s0, bool s1) {
+      Planar planar;
+      for (std::size_t i = 0; i < c.size(); ++i) planar.x[i] = c[i].x, planar.y[i] = c[i].y;
+      return curve_crossings(planar, piece.degree, s0, s1, size, 0);
+    };
+    for (std::size_t i = 0; i < ctrl.size(); ++i) points[i] = {whole.x[i], whole.y[i]};
+    nurbs::split_bezier<dvec2>(points, s - h, first.data(), rest.data());
+    around += part(first, upper(from.y), upper(before.y));
+    nurbs::split_bezier<dvec2>(points, s + h, rest.data(), first.data());
+    around += part(first, upper(after.y), upper(to.y));
+  }
+  // The detour leaves the ray on its right.
+  return piece_crossings(*this, piece, from, to, f) == around ? -1 : 1;
 }
 
 }  // namespace trimray::trace

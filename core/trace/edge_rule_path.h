@@ -44,6 +44,10 @@ struct EdgePaths {
   // answer may come, but the same one every time.
   int crossings(std::int32_t local_edge, const RayFrame& frame) const;
 
+  // Does the ray pass to the left (+1) or right (-1) of a piece near its parameter s, the piece seen from the
+  // tip of dir? 0 at the piece's ends, and where the piece runs along the ray. Agrees with crossings().
+  int side(std::int32_t local_edge, std::int32_t piece, double s, const RayFrame& frame) const;
+
   dvec3 middle{0.0};
   double diagonal = 0.0;  // of the box of all paths; every path lies within diagonal / 2 of middle
   std::int32_t first_edge = 0;

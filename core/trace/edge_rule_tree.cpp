@@ -319,7 +319,9 @@ bool EdgeTree::closest(const Stretch& s, const Ray& ray, const RayFrame& f, Near
     const PathPiece& piece = paths_->pieces[s.piece >= 0 ? s.piece : edge.piece + (at_end ? edge.piece_count - 1 : 0)];
     found.edge_t = piece.t0 + parameter * (piece.t1 - piece.t0);
   }
-  return found.distance <= edge.band && found.t >= ray.tmin - edge.band && found.t <= ray.tmax + edge.band;
+  if (!(found.distance <= edge.band)) return false;
+  found.side = s.piece < 0 ? 0 : static_cast<std::int8_t>(paths_->side(s.edge, s.piece, parameter, f));
+  return found.t >= ray.tmin - edge.band && found.t <= ray.tmax + edge.band;
 }
 
 void EdgeTree::near_edges(const Ray& ray, const RayFrame& frame, std::vector<NearEdge>& out) const {
