@@ -2,6 +2,7 @@
 // that finds and polishes roots on them. Every path of the tracer (standard, later hybrid) uses this kernel.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -41,6 +42,14 @@ struct RootLanes {
   std::uint32_t none = 0;  // certainly no root on this leaf
   std::uint32_t steps = 0;  // Newton steps taken, for the counters
 };
+
+// Two reports of one root: a root on a knot line is found on both of its patches, one on a seam at both ends of
+// the period, one at a pole at any u, and the polished numbers may differ in their last bits. A surface cannot be
+// crossed twice in the same direction without being crossed back in between, so the face, the sign and t settle
+// it. diagonal: of the prototype, mm.
+inline bool same_root(const Root& a, const Root& b, double diagonal) {
+  return a.face == b.face && a.sign == b.sign && std::fabs(a.t - b.t) <= 1e-11 * diagonal + 1e-14 * std::fabs(a.t);
+}
 
 class PatchSet {
  public:

@@ -1,0 +1,165 @@
+#include "core/trace/certificate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nurbs/knot_vector.h"
+#include "core/trace/patch_net.h"
+
+namespace trimray::trace {
+namespace {
+
+constexpr int kMaxNet = (nurbs::kMaxDegree + 1) * (nurbs::kMaxDegree + 1);
+
+dvec3 xyz(const dvec4& h) { return dvec3(h.x, h.y, h.z); }
+
+// Largest in-plane, normal and weight part over a control net.
+struct Extent {
+  double t = 0.0, n = 0.0, w = 0.0;
+};
+
+// Control net of a sub-patch over the extended leaf, about its own centre.
+struct LocalNet {
+  int du, dv;
+  const dvec4* p;
+  dvec3 normal;
+  const dvec4& at(int i, int j) const { return p[i * (dv + 1) + j]; }
+
+  // The (a, b)-th derivative's control net, per half width of the unextended leaf.
+  Extent derivative(int a, int b) const {
+    Extent e;
+    const double per_half = 1.0 / (2.0 * kExtend);
+    double factor = 1.0;
+    for (int k = 0; k < a; ++k) factor *= (du - k) * per_half;
+    for (int k = 0; k < b; ++k) factor *= (dv - k) * per_half;
+    for (int i = 0; i + a <= du; ++i)
+      for (int j = 0; j + b <= dv; ++j) {
+        const dvec4 d = factor * difference(i, j, a, b);
+        const double n = glm::dot(xyz(d), normal);
+        e.t = std::max(e.t, glm::length(xyz(d) - n * normal));
+        e.n = std::max(e.n, std::fabs(n));
+        e.w = std::max(e.w, std::fabs(d.w));
+      }
+    return e;
+  }
+
+  dvec4 difference(int i, int j, int a, int b) const {
+    if (a > 0) return difference(i + 1, j, a - 1, b) - difference(i, j, a - 1, b);
+    if (b > 0) return difference(i, j + 1, a, b - 1) - difference(i, j, a, b - 1);
+    return at(i, j);
+  }
+};
+
+// Bounds of the projected surface's derivatives from those of the homogeneous net: S = P / w gives
+// S_u = (P_u - S w_u) / w, S_uu = (P_uu - 2 S_u w_u - S w_uu) / w, and so on; part picks t or n.
+struct Bends {
+  double uu, uv, vv;
+};
+
+template <typename Part>
+Bends bend(const Extent (&d)[3][3], double min_w, const Part& part) {
+  const double s = part(d[0][0]) / min_w;
+  const double su = (part(d[1][0]) + s * d[1][0].w) / min_w;
+  const double sv = (part(d[0][1]) + s * d[0][1].w) / min_w;
+  return {(part(d[2][0]) + 2.0 * su * d[1][0].w + s * d[2][0].w) / min_w,
+          (part(d[1][1]) + su * d[0][1].w + sv * d[1][0].w + s * d[1][1].w) / min_w,
+          (part(d[0][2]) + 2.0 * sv * d[0][1].w + s * d[0][2].w) / min_w};
+}
+
+// S, S_u, S_v at the middle of a net over the extended leaf, tangents per half width.
+void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
+  dvec4 p(0.0), pu(0.0), pv(0.0);
+  double bu[2][nurbs::kMaxDegree + 1], bv[2][nurbs::kMaxDegree + 1];
+  const auto basis = [](int n, double (&out)[2][nurbs::kMaxDegree + 1]) {
+    double lower[nurbs::kMaxDegree + 1];  // degree n - 1 at 1/2
+    double binomial = std::ldexp(1.0, -(n - 1));
+    for (int i = 0; i < n; ++i) lower[i] = binomial, binomial = binomial * (n - 1 - i) / (i + 1);
+    for (int i = 0; i <= n; ++i) {
+      const double left = i > 0 ? lower[i - 1] : 0.0, right = i < n ? lower[i] : 0.0;
+      out[0][i] = 0.5 * (left + right);
+      out[1][i] = n * (left - right) / (2.0 * kExtend);
+    }
+  };
+  basis(net.du, bu), basis(net.dv, bv);
+  for (int i = 0; i <= net.du; ++i)
+    for (int j = 0; j <= net.dv; ++j) {
+      p += bu[0][i] * bv[0][j] * net.at(i, j);
+      pu += bu[1][i] * bv[0][j] * net.at(i, j);
+      pv += bu[0][i] * bv[1][j] * net.at(i, j);
+    }
+  c = xyz(p) / p.w;
+  a = (xyz(pu) - c * pu.w) / p.w;
+  b = (xyz(pv) - c * pv.w) / p.w;
+}
+
+void set(double (&out)[3], const dvec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
+
+}  // namespace
+
+LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& domain) {
+  const int du = patch.degree_u, dv = patch.degree_v;
+  dvec4 points[kMaxNet];
+  std::copy(source, source + (du + 1) * (dv + 1), points);
+  LeafProof proof;
+  LeafBound& bound = proof.bound;
+  bound.mid_u = 0.5 * (domain.u0 + domain.u1), bound.half_u = 0.5 * (domain.u1 - domain.u0);
+  bound.mid_v = 0.5 * (domain.v0 + domain.v1), bound.half_v = 0.5 * (domain.v1 - domain.v0);
+  restrict_net(points, du, dv, bound.mid_u - kExtend * bound.half_u, bound.mid_u + kExtend * bound.half_u,
+               bound.mid_v - kExtend * bound.half_v, bound.mid_v + kExtend * bound.half_v);
+  LocalNet net{du, dv, points, dvec3(0.0)};
+  dvec3 c, a, b;
+  center_frame(net, c, a, b);
+  const dvec3 n = glm::cross(a, b);
+  const double area = glm::length(n), length_a = glm::length(a), length_b = glm::length(b);
+  set(bound.center, c), set(bound.a, a), set(bound.b, b), set(bound.n, n);
+  // Until proven otherwise, nothing is known.
+  bound.unique = bound.scale_u = bound.scale_v = bound.add_u = bound.add_v = kInf;
+
+  double min_w = kInf;
+  for (int k = 0; k < (du + 1) * (dv + 1); ++k) {
+    min_w = std::min(min_w, points[k].w);
+    points[k] -= dvec4(c * points[k].w, 0.0);
+  }
+  if (!(min_w > 0.0) || !(area > 0.0) || !std::isfinite(area)) return proof;
+  net.normal = n / area;
+  Extent d[3][3];
+  for (int i = 0; i <= 2; ++i)
+    for (int j = 0; i + j <= 2; ++j) d[i][j] = net.derivative(i, j);
+  Bends t = bend(d, min_w, [](const Extent& e) { return e.t; });
+  Bends m = bend(d, min_w, [](const Extent& e) { return e.n; });
+  // Rounding: of the bounds themselves, and of the points they are made from.
+  const double rounding = 1e-14 * patch.size;
+  for (double* x : {&t.uu, &t.uv, &t.vv, &m.uu, &m.uv, &m.vv}) *x = *x * (1.0 + 1e-9) + rounding;
+
+  const double rest_t = 0.5 * t.uu + t.uv + 0.5 * t.vv, rest_n = 0.5 * m.uu + m.uv + 0.5 * m.vv;
+  bound.scale_u = 1.0 + 1e-9 + length_b * rest_t / area;
+  bound.scale_v = 1.0 + 1e-9 + length_a * rest_t / area;
+  bound.add_u = length_b * rest_n, bound.add_v = length_a * rest_n;
+
+  const double at = kExtend * (t.uu + t.uv), an = kExtend * (m.uu + m.uv);
+  const double bt = kExtend * (t.uv + t.vv), bn = kExtend * (m.uv + m.vv);
+  const double along = area - (at * length_b + bt * length_a + at * bt);
+  const double across = (length_a + at) * bn + (length_b + bt) * an;
+  if (along > 0.0) {
+    proof.sine = across / std::hypot(across, along) + 1e-6;
+    bound.unique = area * proof.sine;
+  }
+  proof.bend_u = length_b * (m.uu + t.uu) + length_a * (m.uv + t.uv);
+  proof.bend_v = length_a * (m.vv + t.vv) + length_b * (m.uv + t.uv);
+  return proof;
+}
+
+Box3 hull_box(const Patch& patch, const dvec4* source, const SubDomain& domain) {
+  const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
+  dvec4 points[kMaxNet];
+  std::copy(source, source + count, points);
+  const double slack_u = 1e-7 * (domain.u1 - domain.u0), slack_v = 1e-7 * (domain.v1 - domain.v0);
+  restrict_net(points, patch.degree_u, patch.degree_v, domain.u0 - slack_u, domain.u1 + slack_u,
+               domain.v0 - slack_v, domain.v1 + slack_v);
+  Box3 box;
+  for (int k = 0; k < count; ++k) box.add(xyz(points[k]) / points[k].w);
+  box.dilate(std::fabs(patch.offset) + 1e-13 * (patch.size + glm::length(patch.origin)));
+  return box;
+}
+
+}  // namespace trimray::trace

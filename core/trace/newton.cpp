@@ -1,0 +1,259 @@
+#include "core/trace/newton.h"
+
+#include <algorithm>
+#include <bit>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/trace/newton.cpp"
+#include <hwy/foreach_target.h>
+
+#include "core/base/simd.h"
+#include "core/trace/patch_eval-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace trimray::HWY_NAMESPACE {
+
+using trace::LeafBound;
+using trace::Patch;
+using trace::RayLanes;
+using trace::RootLanes;
+
+struct RayFrame {
+  Vec3 o, d;      // origin closest to the patch's origin, relative to it; direction
+  Lanes t_shift;  // t of that point on the caller's ray
+};
+
+HWY_INLINE RayFrame near_patch(const Patch& patch, const RayLanes& rays, int first) {
+  RayFrame f;
+  const Vec3 org{load(rays.org_x + first) - Lanes(patch.origin.x), load(rays.org_y + first) - Lanes(patch.origin.y),
+                 load(rays.org_z + first) - Lanes(patch.origin.z)};
+  f.d = {load(rays.dir_x + first), load(rays.dir_y + first), load(rays.dir_z + first)};
+  f.t_shift = Lanes(0.0) - dot(org, f.d);
+  f.o = {mul_add(f.t_shift, f.d.x, org.x), mul_add(f.t_shift, f.d.y, org.y), mul_add(f.t_shift, f.d.z, org.z)};
+  return f;
+}
+
+// The homogeneous residual and its derivatives at one parameter, and the Newton step.
+struct Step {
+  Vec3 p, pu, pv;  // P - w o, Pu - wu o, Pv - wv o
+  Lanes du, dv;
+};
+
+template <bool kRational>
+HWY_INLINE Step newton_step(const RayFrame& ray, const Jet& jet) {
+  Step s;
+  if (kRational) {
+    s.p = neg_mul_add(jet.w, ray.o, jet.p);
+    s.pu = neg_mul_add(jet.wu, ray.o, jet.pu);
+    s.pv = neg_mul_add(jet.wv, ray.o, jet.pv);
+  } else {
+    s.p = jet.p - ray.o;
+    s.pu = jet.pu;
+    s.pv = jet.pv;
+  }
+  const Vec3 g = cross(s.p, ray.d);
+  const Lanes inverse = Lanes(1.0) / dot(cross(s.pu, s.pv), ray.d);
+  s.du = dot(g, s.pv) * inverse;
+  s.dv = (Lanes(0.0) - dot(g, s.pu)) * inverse;
+  return s;
+}
+
+HWY_INLINE Lanes clamp(Lanes x, Lanes limit) {
+  const Lanes low = Lanes(0.0) - limit;
+  return select(x > limit, limit, select(x < low, low, x));
+}
+
+struct Roots {
+  Lanes u, v, t;
+  Vec3 normal;
+  Mask converged;
+};
+
+// Newton from (u, v) on the active lanes; a lane that has converged keeps still, whatever the others do.
+template <typename Form>
+HWY_INLINE Roots newton(const Form& form, const RayFrame& ray, Lanes u, Lanes v, Lanes max_step_u, Lanes max_step_v,
+                        Mask active, std::uint32_t& steps) {
+  // The step that follows a step this small is below rounding.
+  const Lanes small(1e-8);
+  Mask open = active, converged = mask_from_bits(0);
+  for (int k = 0; k < trace::kMaxNewtonSteps && !none(open); ++k) {
+    const Step s = newton_step<Form::kRational>(ray, form.jet(u, v));
+    const Lanes du = clamp(s.du, max_step_u), dv = clamp(s.dv, max_step_v);
+    u = select(open, u + du, u);
+    v = select(open, v + dv, v);
+    const Mask done = open & (abs(s.du) <= small) & (abs(s.dv) <= small);  // false for NaN
+    converged = converged | done;
+    open = and_not(done, open);
+    steps += std::popcount(bits(open));
+  }
+  Roots r;
+  const Lanes magic(1.5 * 4503599627370496.0 * trace::kRootGrid);
+  u = (u + magic) - magic;
+  v = (v + magic) - magic;
+  const Jet jet = form.jet(u, v);
+  const Step s = newton_step<Form::kRational>(ray, jet);
+  const Lanes limit(4.0 * trace::kRootGrid);
+  r.converged = converged & (abs(s.du) <= limit) & (abs(s.dv) <= limit);
+  r.u = u + s.du;
+  r.v = v + s.dv;
+  const Lanes along = mul_add(dot(s.pu, ray.d), s.du, mul_add(dot(s.pv, ray.d), s.dv, dot(s.p, ray.d)));
+  Vec3 n;
+  if (Form::kRational) {
+    r.t = ray.t_shift + along / mul_add(jet.wu, s.du, mul_add(jet.wv, s.dv, jet.w));
+    const Lanes inverse = Lanes(1.0) / jet.w;
+    const Vec3 at = jet.p * inverse;
+    n = cross(neg_mul_add(jet.wu, at, jet.pu), neg_mul_add(jet.wv, at, jet.pv));
+  } else {
+    r.t = ray.t_shift + along;
+    n = cross(s.pu, s.pv);
+  }
+  r.normal = n * (Lanes(1.0) / sqrt(dot(n, n)));
+  return r;
+}
+
+template <typename Form>
+HWY_INLINE void solve_form(const Form& form, const Patch& patch, const LeafBound& leaf, const RayLanes& rays,
+                           RootLanes& out) {
+  const Vec3 a{leaf.a[0], leaf.a[1], leaf.a[2]}, b{leaf.b[0], leaf.b[1], leaf.b[2]};
+  const Vec3 n{leaf.n[0], leaf.n[1], leaf.n[2]}, c{leaf.center[0], leaf.center[1], leaf.center[2]};
+  const Lanes half_u(leaf.half_u), half_v(leaf.half_v), mid_u(leaf.mid_u), mid_v(leaf.mid_v);
+  for (int first = 0; first < trace::kLanes; first += kWidth) {
+    const std::uint32_t wanted = (rays.active >> first) & ((1u << kWidth) - 1u);
+    if (wanted == 0) continue;
+    const RayFrame ray = near_patch(patch, rays, first);
+    // The tangent plane's answer, and how far the surface can be from it: most misses end here.
+    const Vec3 g = cross(c - ray.o, ray.d);
+    const Lanes den = dot(n, ray.d), size = abs(den);
+    const Lanes num_u = dot(g, b), num_v = Lanes(0.0) - dot(g, a);
+    const Mask miss = (abs(num_u) > mul_add(size, Lanes(leaf.scale_u), Lanes(leaf.add_u))) |
+                      (abs(num_v) > mul_add(size, Lanes(leaf.scale_v), Lanes(leaf.add_v)));
+    const Mask active = mask_from_bits(wanted);
+    const Mask go = active & and_not(miss, size > Lanes(leaf.unique));
+    std::uint32_t none_bits = bits(active & miss), one_bits = 0;
+    if (!none(go)) {
+      const Lanes one(1.0);
+      const Lanes u = mul_add(clamp(num_u / den, one), half_u, mid_u);
+      const Lanes v = mul_add(clamp(num_v / den, one), half_v, mid_v);
+      const Roots r = newton(form, ray, u, v, half_u + half_u, half_v + half_v, go, out.steps);
+      const Lanes off_u = abs(r.u - mid_u), off_v = abs(r.v - mid_v);
+      const Mask on = r.converged & (off_u <= half_u + Lanes(trace::kLeafSlack)) &
+                      (off_v <= half_v + Lanes(trace::kLeafSlack));
+      const Lanes reach(trace::kExtend * (1.0 - 1e-6));
+      const Mask beside = r.converged & (off_u <= half_u * reach) & (off_v <= half_v * reach);
+      one_bits = bits(on);
+      none_bits |= bits(and_not(on, beside));
+      store(r.u, out.u + first), store(r.v, out.v + first), store(r.t, out.t + first);
+      store(r.normal.x, out.normal_x + first), store(r.normal.y, out.normal_y + first);
+      store(r.normal.z, out.normal_z + first);
+    }
+    out.one |= one_bits << first;
+    out.none |= none_bits << first;
+  }
+}
+
+template <typename Form>
+HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes& rays, dvec2 start, double max_step,
+                            trace::PatchRoot& root) {
+  std::uint32_t steps = 0;
+  const Roots r = newton(form, near_patch(patch, rays, 0), Lanes(start.x), Lanes(start.y), Lanes(max_step),
+                         Lanes(max_step), mask_from_bits(1), steps);
+  double x[6][8];
+  store(r.u, x[0]), store(r.v, x[1]), store(r.t, x[2]);
+  store(r.normal.x, x[3]), store(r.normal.y, x[4]), store(r.normal.z, x[5]);
+  root = {x[0][0], x[1][0], x[2][0], dvec3(x[3][0], x[4][0], x[5][0])};
+  return (bits(r.converged) & 1u) != 0;
+}
+
+// Calls work(form) with the evaluator that fits the patch: unrolled for the common degrees.
+template <typename Work>
+HWY_INLINE void with_form(const Patch& p, const double* coef, Work& work) {
+  if (!p.power) return work(BernsteinForm{coef, p.degree_u, p.degree_v});
+  const int degrees = p.degree_u * 8 + p.degree_v;
+  if (p.rational) {
+    switch (degrees) {
+      case 3 * 8 + 3: return work(PowerForm<3, 3, true>{coef});
+      case 2 * 8 + 2: return work(PowerForm<2, 2, true>{coef});
+      default: return work(PowerForm<0, 0, true>{coef, p.degree_u, p.degree_v});
+    }
+  }
+  switch (degrees) {
+    case 3 * 8 + 3: return work(PowerForm<3, 3, false>{coef});
+    default: return work(PowerForm<0, 0, false>{coef, p.degree_u, p.degree_v});
+  }
+}
+
+struct SolveWork {
+  const Patch& patch;
+  const LeafBound& leaf;
+  const RayLanes& rays;
+  RootLanes& out;
+  template <typename Form>
+  HWY_INLINE void operator()(const Form& form) {
+    solve_form(form, patch, leaf, rays, out);
+  }
+};
+
+struct PolishWork {
+  const Patch& patch;
+  const RayLanes& rays;
+  dvec2 start;
+  double max_step;
+  trace::PatchRoot& root;
+  bool converged;
+  template <typename Form>
+  HWY_INLINE void operator()(const Form& form) {
+    converged = polish_form(form, patch, rays, start, max_step, root);
+  }
+};
+
+void solve_entry(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
+                 RootLanes& out) {
+  SolveWork work{patch, leaf, rays, out};
+  with_form(patch, coef, work);
+}
+
+bool polish_entry(const Patch& patch, const double* coef, const RayLanes& rays, dvec2 start, double max_step,
+                  trace::PatchRoot& root) {
+  PolishWork work{patch, rays, start, max_step, root, false};
+  with_form(patch, coef, work);
+  return work.converged;
+}
+
+}  // namespace trimray::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trimray {
+
+HWY_EXPORT(solve_entry);
+HWY_EXPORT(polish_entry);
+
+namespace trace {
+
+void solve_leaf(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
+                RootLanes& out) {
+  out.one = out.none = out.steps = 0;
+  if (patch.offset != 0.0) return;
+  HWY_DYNAMIC_DISPATCH(solve_entry)(patch, coef, leaf, rays, out);
+  for (std::uint32_t m = out.one; m != 0; m &= m - 1) {
+    const int i = std::countr_zero(m);
+    out.u[i] = patch.u.to_face(out.u[i]);
+    out.v[i] = patch.v.to_face(out.v[i]);
+  }
+}
+
+bool polish(const Patch& patch, const double* coef, const Ray& ray, dvec2 start, double max_step, PatchRoot& root) {
+  RayLanes rays = {};
+  rays.org_x[0] = ray.org.x, rays.org_y[0] = ray.org.y, rays.org_z[0] = ray.org.z;
+  rays.dir_x[0] = ray.dir.x, rays.dir_y[0] = ray.dir.y, rays.dir_z[0] = ray.dir.z;
+  return HWY_DYNAMIC_DISPATCH(polish_entry)(patch, coef, rays, start, max_step, root);
+}
+
+const char* simd_target_name() {
+  const std::int64_t targets = hwy::SupportedTargets();  // the best one is the lowest bit
+  return hwy::TargetName(targets & -targets);
+}
+
+}  // namespace trace
+}  // namespace trimray
+#endif

@@ -1,0 +1,73 @@
+#include "core/trace/patch.h"
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/trace/clipping.h"
+#include "core/trace/newton.h"
+#include "core/trace/patch_build.h"
+#include "core/trace/patch_data.h"
+#include "core/trace/patch_offset.h"
+
+namespace trimray::trace {
+
+PatchSet::PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm,
+                   int threads)
+    : impl_(std::make_unique<Impl>()) {
+  const nurbs::Range faces = store.prototypes[prototype].faces;
+  if (margin_mm.size() != static_cast<std::size_t>(faces.size()))
+    throw ArgumentError("PatchSet: one margin per face of the prototype is needed");
+  std::vector<PatchPool> pools(faces.size());
+  parallel_ranges(pools.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::int32_t face = faces.begin + static_cast<std::int32_t>(i);
+      const nurbs::Face& f = store.faces[face];
+      if (f.status != nurbs::FaceStatus::kOk || f.surface < 0) continue;
+      switch (store.surfaces[f.surface].kind) {
+        case nurbs::SurfaceKind::kExtrusion:
+        case nurbs::SurfaceKind::kRevolution:
+        case nurbs::SurfaceKind::kBezier:
+        case nurbs::SurfaceKind::kBspline:
+        case nurbs::SurfaceKind::kOffset: append_face(store, face, margin_mm[i], pools[i]); break;
+        default: break;
+      }
+    }
+  });
+  for (PatchPool& pool : pools) {
+    append_pool(pool, *impl_);
+    pool = PatchPool();
+  }
+}
+
+PatchSet::PatchSet(PatchSet&&) noexcept = default;
+PatchSet::~PatchSet() = default;
+
+std::span<const PatchLeaf> PatchSet::leaves() const { return impl_->leaves; }
+
+std::int64_t PatchSet::bytes() const {
+  const auto size = [](const auto& v) { return static_cast<std::int64_t>(v.capacity() * sizeof(v[0])); };
+  return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) + size(impl_->leaves);
+}
+
+void PatchSet::solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const {
+  const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
+  solve_leaf(patch, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays, out);
+}
+
+void PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {
+  const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
+  thread_local std::vector<PatchRoot> roots;
+  roots.clear();
+  if (patch.offset != 0.0) offset_roots(patch, *impl_, impl_->bounds[leaf], ray, roots);
+  else clip_roots(patch, *impl_, impl_->bounds[leaf], ray, roots);
+  for (const PatchRoot& r : roots) {
+    Root root;
+    root.t = r.t;
+    root.uv_face = dvec2(patch.u.to_face(r.u), patch.v.to_face(r.v));
+    root.normal = patch.reversed ? -r.normal : r.normal;
+    root.face = patch.face;
+    root.sign = glm::dot(root.normal, ray.dir) > 0.0 ? 1 : -1;
+    out.push_back(root);
+  }
+}
+
+}  // namespace trimray::trace

@@ -1,0 +1,265 @@
+#include "core/trace/patch_build.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nurbs/knot_vector.h"
+#include "core/nurbs/spline.h"
+#include "core/nurbs/surface.h"
+#include "core/trace/certificate.h"
+
+namespace trimray::trace {
+namespace {
+
+constexpr int kMaxNet = (nurbs::kMaxDegree + 1) * (nurbs::kMaxDegree + 1);
+
+// Leaves are halved until rays steeper than this against the tangent plane are proven to meet them once,
+// or the cuts are used up.
+constexpr double kLeafSine = 0.35;
+constexpr int kMaxCuts = 6;
+constexpr int kMaxCutsAtPole = 4;  // a leaf at a collapsed side is never proven
+
+// Control points of the power basis in (x - 1/2) from Bernstein ones, in long double.
+void to_power(const dvec4* c, int n, std::ptrdiff_t stride, dvec4* out) {
+  long double d[kMaxPowerDegree + 1], result[kMaxPowerDegree + 1];
+  for (int k = 0; k < 4; ++k) {
+    // Taylor coefficients at 1/2: de Casteljau at 1/2 leaves, on its k-th level, the k-th differences' mean.
+    for (int order = 0; order <= n; ++order) {
+      for (int i = 0; i <= n; ++i) d[i] = c[i * stride][k];
+      for (int r = 0; r < order; ++r)
+        for (int i = 0; i + r < n; ++i) d[i] = d[i + 1] - d[i];
+      for (int r = order; r < n; ++r)
+        for (int i = 0; i + r < n; ++i) d[i] = 0.5L * (d[i] + d[i + 1]);
+      long double factor = 1.0L;
+      for (int r = 0; r < order; ++r) factor = factor * (n - r) / (r + 1);
+      result[order] = factor * d[0];
+    }
+    for (int i = 0; i <= n; ++i) out[i * stride][k] = static_cast<double>(result[i]);
+  }
+}
+
+void append_coefficients(const Patch& patch, PatchPool& pool) {
+  const int du = patch.degree_u, dv = patch.degree_v, count = (du + 1) * (dv + 1);
+  dvec4 points[kMaxNet];
+  std::copy_n(pool.net.data() + patch.net, count, points);
+  if (patch.power) {
+    for (int i = 0; i <= du; ++i) to_power(points + i * (dv + 1), dv, 1, points + i * (dv + 1));
+    for (int j = 0; j <= dv; ++j) to_power(points + j, du, dv + 1, points + j);
+  }
+  for (int k = 0; k < count; ++k)
+    for (int c = 0; c < 4; ++c) pool.coef.push_back(points[k][c]);
+}
+
+// Sides whose control points all lie at one place.
+std::uint8_t collapsed_sides(const dvec4* net, int du, int dv, double size) {
+  std::uint8_t sides = 0;
+  const auto one_point = [&](int first, int stride, int n) {
+    const dvec3 p = nurbs::project(net[first]);
+    for (int i = 1; i <= n; ++i)
+      if (glm::length(nurbs::project(net[first + i * stride]) - p) > 1e-12 * size) return false;
+    return true;
+  };
+  if (one_point(0, 1, dv)) sides |= kSideU0;
+  if (one_point(du * (dv + 1), 1, dv)) sides |= kSideU1;
+  if (one_point(0, dv + 1, du)) sides |= kSideV0;
+  if (one_point(dv, dv + 1, du)) sides |= kSideV1;
+  return sides;
+}
+
+bool touches_pole(const Patch& patch, const SubDomain& d) {
+  return ((patch.poles & kSideU0) && d.u0 <= 0.0) || ((patch.poles & kSideU1) && d.u1 >= 1.0) ||
+         ((patch.poles & kSideV0) && d.v0 <= 0.0) || ((patch.poles & kSideV1) && d.v1 >= 1.0);
+}
+
+void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
+  const Patch patch = pool.patches[index];
+  const dvec4* net = pool.net.data() + patch.net;
+  const LeafProof proof = prove_leaf(patch, net, d);
+  const int allowed = touches_pole(patch, d) ? kMaxCutsAtPole : kMaxCuts;
+  if (proof.sine > kLeafSine && cuts < allowed) {
+    SubDomain low = d, high = d;
+    const bool in_u = std::isfinite(proof.bend_u) && proof.bend_u != proof.bend_v ? proof.bend_u > proof.bend_v
+                                                                                 : (cuts & 1) == 0;
+    if (in_u) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
+    else low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
+    cut(index, low, cuts + 1, pool);
+    cut(index, high, cuts + 1, pool);
+    return;
+  }
+  PatchLeaf leaf;
+  leaf.box = hull_box(patch, net, d);
+  leaf.box.lower += patch.origin, leaf.box.upper += patch.origin;
+  leaf.uv_face.add(dvec2(patch.u.to_face(d.u0), patch.v.to_face(d.v0)));
+  leaf.uv_face.add(dvec2(patch.u.to_face(d.u1), patch.v.to_face(d.v1)));
+  leaf.face = patch.face;
+  leaf.patch = index;
+  leaf.sub = static_cast<std::int32_t>(pool.leaves.size());
+  pool.leaves.push_back(leaf);
+  pool.bounds.push_back(proof.bound);
+}
+
+// One direction's spans that meet [lo, hi] of uv_face; the first and last reach beyond the knots if needed.
+struct SpanPart {
+  int span;
+  ParamCurve map;
+};
+
+std::vector<SpanPart> parts_between(std::span<const double> knots, int degree, nurbs::ParamMap map, double lo,
+                                    double hi) {
+  std::vector<SpanPart> parts;
+  const int count = static_cast<int>(knots.size()) - degree - 1;
+  int first = degree, last = count - 1;
+  while (first < last && !(knots[first] < knots[first + 1])) ++first;
+  while (last > first && !(knots[last] < knots[last + 1])) --last;
+  for (int k = first; k <= last; ++k) {
+    const double a = knots[k], b = knots[k + 1];
+    if (!(a < b)) continue;
+    const double u0 = k == first ? lo : std::max(a, lo), u1 = k == last ? hi : std::min(b, hi);
+    if (!(u0 < u1)) continue;
+    const double s0 = nurbs::map_parameter(map, a, b, u0).s, s1 = nurbs::map_parameter(map, a, b, u1).s;
+    parts.push_back({k, {map, s0, s1 - s0, a, b - a}});
+  }
+  return parts;
+}
+
+// How far uv_box must be widened on its four sides (u0, u1, v0, v1) so that the surface reaches margin_mm
+// beyond it. Nothing beyond a side that collapses to a point: the surface would turn back over itself.
+struct Margins {
+  double side[4] = {0.0, 0.0, 0.0, 0.0};
+};
+
+Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface, const Box2& box, double margin_mm) {
+  constexpr int kSamples = 9;
+  Margins margins;
+  const double longest[2] = {glm::length(nurbs::evaluate(store, surface, box.center()).du),
+                             glm::length(nurbs::evaluate(store, surface, box.center()).dv)};
+  for (int side = 0; side < 4; ++side) {
+    const int across = side / 2, along = 1 - across;
+    double across_max = 0.0, along_max = 0.0, speed[kSamples];
+    for (int k = 0; k < kSamples; ++k) {
+      dvec2 uv;
+      uv[across] = side % 2 == 0 ? box.lower[across] : box.upper[across];
+      uv[along] = glm::mix(box.lower[along], box.upper[along], k / (kSamples - 1.0));
+      const nurbs::SurfacePoint p = nurbs::evaluate(store, surface, uv);
+      speed[k] = glm::length(across == 0 ? p.du : p.dv);
+      across_max = std::max(across_max, speed[k]);
+      along_max = std::max(along_max, glm::length(across == 0 ? p.dv : p.du));
+    }
+    if (!(along_max > 1e-9 * longest[along]) || !(across_max > 0.0)) continue;
+    double slowest = across_max;
+    for (double v : speed)
+      if (v > 1e-3 * across_max) slowest = std::min(slowest, v);
+    const double width = box.upper[across] - box.lower[across];
+    margins.side[side] = std::min(margin_mm / slowest + 1e-9 * width, width);
+  }
+  return margins;
+}
+
+void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2& box, PatchPool& pool) {
+  const nurbs::Face& f = store.faces[face];
+  const nurbs::Surface& surface = store.surfaces[f.surface];
+  const int du = surface.degree_u, dv = surface.degree_v;
+  const std::span<const double> knots_u(store.knots.data() + surface.knots_u.begin, surface.knots_u.size());
+  const std::span<const double> knots_v(store.knots.data() + surface.knots_v.begin, surface.knots_v.size());
+  const dvec4* ctrl = store.ctrl_h.data() + surface.ctrl.begin;
+  const auto parts_u = parts_between(knots_u, du, surface.map_u, box.lower.x, box.upper.x);
+  const auto parts_v = parts_between(knots_v, dv, surface.map_v, box.lower.y, box.upper.y);
+  double x[nurbs::kMaxDegree];
+  const auto arguments = [&x](const ParamCurve& map, int degree, int i) {
+    for (int k = 0; k < degree; ++k) x[k] = k < degree - i ? map.s0 : map.s0 + map.ds;
+  };
+  dvec4 net[kMaxNet];
+  std::vector<dvec4> rows(static_cast<std::size_t>(du + 1) * surface.count_v);
+  for (const SpanPart& pu : parts_u) {
+    for (int i = 0; i <= du; ++i) {
+      arguments(pu.map, du, i);
+      for (int j = 0; j < surface.count_v; ++j)
+        rows[i * surface.count_v + j] =
+            nurbs::blossom(knots_u.data(), du, pu.span, ctrl + j, surface.count_v, x);
+    }
+    for (const SpanPart& pv : parts_v) {
+      for (int j = 0; j <= dv; ++j) {
+        arguments(pv.map, dv, j);
+        for (int i = 0; i <= du; ++i)
+          net[i * (dv + 1) + j] =
+              nurbs::blossom(knots_v.data(), dv, pv.span, rows.data() + i * surface.count_v, 1, x);
+      }
+      append_patch({face, du, dv, net, surface.offset, f.reversed, pu.map, pv.map}, pool);
+    }
+  }
+}
+
+}  // namespace
+
+void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margin_mm, PatchPool& pool) {
+  const nurbs::Face& f = store.faces[face];
+  if (f.status != nurbs::FaceStatus::kOk || f.surface < 0 || f.uv_box.empty()) return;
+  const nurbs::Surface& surface = store.surfaces[f.surface];
+  if (surface.degree_u < 1 || surface.degree_v < 1 || surface.degree_u > nurbs::kMaxDegree ||
+      surface.degree_v > nurbs::kMaxDegree)
+    return;
+  const Margins m = uv_margins(store, surface, f.uv_box, margin_mm);
+  Box2 box = f.uv_box;
+  box.lower -= dvec2(m.side[0], m.side[2]);
+  box.upper += dvec2(m.side[1], m.side[3]);
+  append_spans(store, face, box, pool);
+}
+
+void append_pool(const PatchPool& b, PatchPool& a) {
+  const auto net = static_cast<std::int64_t>(a.net.size()), coef = static_cast<std::int64_t>(a.coef.size());
+  const auto patch = static_cast<std::int32_t>(a.patches.size());
+  const auto leaf = static_cast<std::int32_t>(a.leaves.size());
+  for (Patch p : b.patches) {
+    p.net += net, p.coef += coef;
+    a.patches.push_back(p);
+  }
+  for (PatchLeaf l : b.leaves) {
+    l.patch += patch, l.sub += leaf;
+    a.leaves.push_back(l);
+  }
+  a.net.insert(a.net.end(), b.net.begin(), b.net.end());
+  a.coef.insert(a.coef.end(), b.coef.begin(), b.coef.end());
+  a.bounds.insert(a.bounds.end(), b.bounds.begin(), b.bounds.end());
+}
+
+double ParamCurve::to_face(double x) const {
+  const double s = std::fma(x, ds, s0);
+  return map == nurbs::ParamMap::kIdentity ? s : nurbs::unmap_parameter(map, a, a + d, s);
+}
+
+double ParamCurve::from_face(double u) const {
+  const double s = map == nurbs::ParamMap::kIdentity ? u : nurbs::map_parameter(map, a, a + d, u).s;
+  return (s - s0) / ds;
+}
+
+bool append_patch(const PatchInput& input, PatchPool& pool) {
+  const int du = input.degree_u, dv = input.degree_v, count = (du + 1) * (dv + 1);
+  Box3 hull;
+  double w0 = input.net[0].w;
+  Patch patch;
+  for (int k = 0; k < count; ++k) {
+    if (!(input.net[k].w > 0.0)) return false;
+    hull.add(nurbs::project(input.net[k]));
+    patch.rational = patch.rational || input.net[k].w != w0;
+  }
+  patch.face = input.face;
+  patch.degree_u = static_cast<std::uint8_t>(du), patch.degree_v = static_cast<std::uint8_t>(dv);
+  patch.power = du <= kMaxPowerDegree && dv <= kMaxPowerDegree;
+  patch.reversed = input.reversed, patch.offset = input.offset;
+  patch.size = hull.diagonal(), patch.origin = hull.center();
+  patch.u = input.u, patch.v = input.v;
+  patch.net = static_cast<std::int64_t>(pool.net.size());
+  patch.coef = static_cast<std::int64_t>(pool.coef.size());
+  for (int k = 0; k < count; ++k) {
+    const dvec4 h = input.net[k] / w0;
+    const dvec3 p = nurbs::project(input.net[k]) - patch.origin;
+    pool.net.push_back(dvec4(p * h.w, h.w));
+  }
+  patch.poles = collapsed_sides(pool.net.data() + patch.net, du, dv, patch.size);
+  append_coefficients(patch, pool);
+  pool.patches.push_back(patch);
+  cut(static_cast<std::int32_t>(pool.patches.size()) - 1, {0.0, 1.0, 0.0, 1.0}, 0, pool);
+  return true;
+}
+
+}  // namespace trimray::trace

@@ -1,0 +1,67 @@
+// What a PatchSet holds, for the files that build it (patch_build), search it (newton, clipping) and prove things
+// about it (certificate). Internal to core/trace.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/box.h"
+#include "core/nurbs/store.h"
+#include "core/trace/patch.h"
+
+namespace trimray::trace {
+
+inline constexpr int kMaxPowerDegree = 5;  // above, Bernstein form: the power basis loses digits
+
+// From a patch's own parameter x in [0, 1] to uv_face in one direction. x is linear in the NURBS parameter
+// s = s0 + x ds, which lies (but for extrapolation) in the knot interval [a, a + d].
+struct ParamCurve {
+  nurbs::ParamMap map = nurbs::ParamMap::kIdentity;
+  double s0 = 0.0, ds = 1.0;
+  double a = 0.0, d = 1.0;
+  double to_face(double x) const;
+  double from_face(double u) const;
+};
+
+enum Side : std::uint8_t { kSideU0 = 1, kSideU1 = 2, kSideV0 = 4, kSideV1 = 8 };
+
+// One Bezier patch, never cut: roots of all its leaves are polished on this one form.
+struct Patch {
+  std::int32_t face = kNoFace;
+  std::uint8_t degree_u = 1, degree_v = 1;
+  bool rational = false, power = true, reversed = false;
+  std::uint8_t poles = 0;          // sides that collapse to a point
+  double size = 0.0;               // diagonal of the control hull, mm
+  double offset = 0.0;
+  dvec3 origin{0.0};               // everything below is relative to it
+  std::int64_t net = 0;            // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
+  std::int64_t coef = 0;           // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
+                                   // the Bernstein points once more
+  ParamCurve u, v;
+};
+
+// A leaf's share of the certificate; see certificate.h for the proof.
+struct alignas(64) LeafBound {
+  double center[3];                // of the surface at the middle of the leaf, relative to Patch::origin
+  double a[3], b[3];               // tangents times the leaf's half widths
+  double n[3];                     // a x b
+  double mid_u, mid_v, half_u, half_v;  // in patch parameters
+  double unique;                   // |n . dir| above this: at most one root on the leaf extended by kExtend
+  double scale_u, add_u;           // a root x (leaf in [-1, 1]^2) has |x_u| <= 1 only if
+  double scale_v, add_v;           //   |num_u| <= scale_u |n . dir| + add_u
+};
+
+// The uniqueness proof covers the leaf widened by this factor about its middle.
+inline constexpr double kExtend = 1.125;
+
+struct PatchPool {
+  std::vector<Patch> patches;
+  std::vector<dvec4> net;
+  std::vector<double> coef;
+  std::vector<LeafBound> bounds;   // by leaf
+  std::vector<PatchLeaf> leaves;
+};
+
+struct PatchSet::Impl : PatchPool {};
+
+}  // namespace trimray::trace
