@@ -1,17 +1,21 @@
 // Eight doubles that compute alike on every machine. The only file of the project that names instruction sets.
 //
 // Included inside Highway's foreach_target loop, once a target: each pass defines Lanes and Mask in
-// trimray::HWY_NAMESPACE. kWidth lanes per Lanes: 8 with AVX-512, 4 with AVX2, 8 doubles in plain C++ where the
+// trimray::HWY_NAMESPACE. kWidth lanes per Lanes: 8 with AVX-512, 4 with AVX2, one double of plain C++ where the
 // machine has no fused multiply-add. mul_add is fused everywhere and division and sqrt are IEEE, so a lane's
 // bits depend neither on the machine nor on the other lanes.
 //
+//   #include "core/base/simd.h"
 //   #define HWY_TARGET_INCLUDE "core/.../this_file.cpp"
 //   #include <hwy/foreach_target.h>
 //   #include "core/base/simd.h"
-#ifndef HWY_DISABLED_TARGETS
+// The first inclusion only chooses the targets; so include this file before foreach_target.h and again after it.
+#ifndef TRIMRAY_SIMD_TARGETS_
+#define TRIMRAY_SIMD_TARGETS_
 // Between the fallback and AVX2 nothing has fused multiply-add: SSSE3 and SSE4 would only cost build time.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4)
-#endif
+#else
+
 #include <cmath>
 #include <cstdint>
 
@@ -74,57 +78,37 @@ HWY_INLINE Mask mask_from_bits(std::uint32_t b) {
 
 #else
 
-inline constexpr int kWidth = 8;
+inline constexpr int kWidth = 1;
 
 struct Mask {
-  std::uint32_t m;
+  bool m;
 };
 struct Lanes {
-  double v[8];
+  double v;
   Lanes() = default;
-  Lanes(double x) {
-    for (double& e : v) e = x;
-  }
+  Lanes(double x) : v(x) {}
 };
 
-#define TRIMRAY_EACH_LANE(expression)                   \
-  Lanes r;                                              \
-  for (int i = 0; i < 8; ++i) r.v[i] = expression;      \
-  return r
-#define TRIMRAY_EACH_MASK(expression)                                             \
-  Mask r{0};                                                                      \
-  for (int i = 0; i < 8; ++i) r.m |= static_cast<std::uint32_t>(expression) << i; \
-  return r
-inline Lanes load(const double* p) { TRIMRAY_EACH_LANE(p[i]); }
-inline void store(const Lanes& a, double* p) {
-  for (int i = 0; i < 8; ++i) p[i] = a.v[i];
-}
-inline Lanes operator+(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_LANE(a.v[i] + b.v[i]); }
-inline Lanes operator-(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_LANE(a.v[i] - b.v[i]); }
-inline Lanes operator*(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_LANE(a.v[i] * b.v[i]); }
-inline Lanes operator/(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_LANE(a.v[i] / b.v[i]); }
-inline Lanes mul_add(const Lanes& a, const Lanes& b, const Lanes& c) {
-  TRIMRAY_EACH_LANE(std::fma(a.v[i], b.v[i], c.v[i]));
-}
-inline Lanes neg_mul_add(const Lanes& a, const Lanes& b, const Lanes& c) {
-  TRIMRAY_EACH_LANE(std::fma(-a.v[i], b.v[i], c.v[i]));
-}
-inline Lanes abs(const Lanes& a) { TRIMRAY_EACH_LANE(std::fabs(a.v[i])); }
-inline Lanes sqrt(const Lanes& a) { TRIMRAY_EACH_LANE(std::sqrt(a.v[i])); }
-inline Mask operator<(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_MASK(a.v[i] < b.v[i]); }
-inline Mask operator<=(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_MASK(a.v[i] <= b.v[i]); }
-inline Mask operator>(const Lanes& a, const Lanes& b) { TRIMRAY_EACH_MASK(a.v[i] > b.v[i]); }
-inline Mask operator&(Mask a, Mask b) { return {a.m & b.m}; }
-inline Mask operator|(Mask a, Mask b) { return {a.m | b.m}; }
-inline Mask and_not(Mask a, Mask b) { return {b.m & ~a.m}; }
-inline Lanes select(Mask m, const Lanes& yes, const Lanes& no) {
-  TRIMRAY_EACH_LANE(((m.m >> i) & 1u) ? yes.v[i] : no.v[i]);
-}
-inline bool none(Mask m) { return m.m == 0; }
-inline std::uint32_t bits(Mask m) { return m.m; }
-inline Mask mask_from_bits(std::uint32_t b) { return {b & 0xffu}; }
-#undef TRIMRAY_EACH_LANE
-#undef TRIMRAY_EACH_MASK
+inline Lanes load(const double* p) { return *p; }
+inline void store(Lanes a, double* p) { *p = a.v; }
+inline Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
+inline Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
+inline Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
+inline Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
+inline Lanes mul_add(Lanes a, Lanes b, Lanes c) { return std::fma(a.v, b.v, c.v); }
+inline Lanes neg_mul_add(Lanes a, Lanes b, Lanes c) { return std::fma(-a.v, b.v, c.v); }
+inline Lanes abs(Lanes a) { return std::fabs(a.v); }
+inline Lanes sqrt(Lanes a) { return std::sqrt(a.v); }
+inline Mask operator<(Lanes a, Lanes b) { return {a.v < b.v}; }
+inline Mask operator<=(Lanes a, Lanes b) { return {a.v <= b.v}; }
+inline Mask operator>(Lanes a, Lanes b) { return {a.v > b.v}; }
+inline Mask operator&(Mask a, Mask b) { return {a.m && b.m}; }
+inline Mask operator|(Mask a, Mask b) { return {a.m || b.m}; }
+inline Mask and_not(Mask a, Mask b) { return {b.m && !a.m}; }
+inline Lanes select(Mask m, Lanes yes, Lanes no) { return m.m ? yes : no; }
+inline bool none(Mask m) { return !m.m; }
+inline std::uint32_t bits(Mask m) { return m.m ? 1u : 0u; }
+inline Mask mask_from_bits(std::uint32_t b) { return {(b & 1u) != 0}; }
 
 #endif
 
@@ -132,3 +116,4 @@ inline Mask mask_from_bits(std::uint32_t b) { return {b & 0xffu}; }
 HWY_AFTER_NAMESPACE();
 
 #endif  // per-target guard
+#endif  // not the first inclusion

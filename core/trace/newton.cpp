@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/base/simd.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/trace/newton.cpp"
 #include <hwy/foreach_target.h>
@@ -70,15 +72,17 @@ struct Roots {
 };
 
 // Newton from (u, v) on the active lanes; a lane that has converged keeps still, whatever the others do.
+// Not inlined: the evaluator's code stands once for both callers.
 template <typename Form>
-HWY_INLINE Roots newton(const Form& form, const RayFrame& ray, Lanes u, Lanes v, Lanes max_step_u, Lanes max_step_v,
-                        Mask active, std::uint32_t& steps) {
+HWY_NOINLINE void newton(const Form& form, const RayFrame& ray, const Lanes (&start)[2], const Lanes (&max_step)[2],
+                         Mask active, std::uint32_t& steps, Roots& r) {
+  Lanes u = start[0], v = start[1];
   // The step that follows a step this small is below rounding.
   const Lanes small(1e-8);
   Mask open = active, converged = mask_from_bits(0);
   for (int k = 0; k < trace::kMaxNewtonSteps && !none(open); ++k) {
     const Step s = newton_step<Form::kRational>(ray, form.jet(u, v));
-    const Lanes du = clamp(s.du, max_step_u), dv = clamp(s.dv, max_step_v);
+    const Lanes du = clamp(s.du, max_step[0]), dv = clamp(s.dv, max_step[1]);
     u = select(open, u + du, u);
     v = select(open, v + dv, v);
     const Mask done = open & (abs(s.du) <= small) & (abs(s.dv) <= small);  // false for NaN
@@ -86,7 +90,6 @@ HWY_INLINE Roots newton(const Form& form, const RayFrame& ray, Lanes u, Lanes v,
     open = and_not(done, open);
     steps += std::popcount(bits(open));
   }
-  Roots r;
   const Lanes magic(1.5 * 4503599627370496.0 * trace::kRootGrid);
   u = (u + magic) - magic;
   v = (v + magic) - magic;
@@ -108,7 +111,6 @@ HWY_INLINE Roots newton(const Form& form, const RayFrame& ray, Lanes u, Lanes v,
     n = cross(s.pu, s.pv);
   }
   r.normal = n * (Lanes(1.0) / sqrt(dot(n, n)));
-  return r;
 }
 
 template <typename Form>
@@ -132,9 +134,11 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const LeafBound
     std::uint32_t none_bits = bits(active & miss), one_bits = 0;
     if (!none(go)) {
       const Lanes one(1.0);
-      const Lanes u = mul_add(clamp(num_u / den, one), half_u, mid_u);
-      const Lanes v = mul_add(clamp(num_v / den, one), half_v, mid_v);
-      const Roots r = newton(form, ray, u, v, half_u + half_u, half_v + half_v, go, out.steps);
+      const Lanes start[2] = {mul_add(clamp(num_u / den, one), half_u, mid_u),
+                              mul_add(clamp(num_v / den, one), half_v, mid_v)};
+      const Lanes max_step[2] = {half_u + half_u, half_v + half_v};
+      Roots r;
+      newton(form, ray, start, max_step, go, out.steps, r);
       const Lanes off_u = abs(r.u - mid_u), off_v = abs(r.v - mid_v);
       const Mask on = r.converged & (off_u <= half_u + Lanes(trace::kLeafSlack)) &
                       (off_v <= half_v + Lanes(trace::kLeafSlack));
@@ -155,8 +159,9 @@ template <typename Form>
 HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes& rays, dvec2 start, double max_step,
                             trace::PatchRoot& root) {
   std::uint32_t steps = 0;
-  const Roots r = newton(form, near_patch(patch, rays, 0), Lanes(start.x), Lanes(start.y), Lanes(max_step),
-                         Lanes(max_step), mask_from_bits(1), steps);
+  const Lanes from[2] = {Lanes(start.x), Lanes(start.y)}, limit[2] = {Lanes(max_step), Lanes(max_step)};
+  Roots r;
+  newton(form, near_patch(patch, rays, 0), from, limit, mask_from_bits(1), steps, r);
   double x[6][8];
   store(r.u, x[0]), store(r.v, x[1]), store(r.t, x[2]);
   store(r.normal.x, x[3]), store(r.normal.y, x[4]), store(r.normal.z, x[5]);
@@ -168,18 +173,14 @@ HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes
 template <typename Work>
 HWY_INLINE void with_form(const Patch& p, const double* coef, Work& work) {
   if (!p.power) return work(BernsteinForm{coef, p.degree_u, p.degree_v});
-  const int degrees = p.degree_u * 8 + p.degree_v;
-  if (p.rational) {
-    switch (degrees) {
-      case 3 * 8 + 3: return work(PowerForm<3, 3, true>{coef});
-      case 2 * 8 + 2: return work(PowerForm<2, 2, true>{coef});
-      default: return work(PowerForm<0, 0, true>{coef, p.degree_u, p.degree_v});
-    }
+#if HWY_NATIVE_FMA
+  if (p.degree_u == 3 && p.degree_v == 3) {
+    if (p.rational) return work(PowerForm<3, 3, true>{coef});
+    return work(PowerForm<3, 3, false>{coef});
   }
-  switch (degrees) {
-    case 3 * 8 + 3: return work(PowerForm<3, 3, false>{coef});
-    default: return work(PowerForm<0, 0, false>{coef, p.degree_u, p.degree_v});
-  }
+#endif
+  if (p.rational) return work(PowerForm<0, 0, true>{coef, p.degree_u, p.degree_v});
+  return work(PowerForm<0, 0, false>{coef, p.degree_u, p.degree_v});
 }
 
 struct SolveWork {
