@@ -45,7 +45,8 @@ struct EdgeRule::Impl {
       const int loop_sign = store.faces[face].reversed ? -signs[l - loops.begin] : signs[l - loops.begin];
       for (std::int32_t c = store.loops[l].coedges.begin; c < store.loops[l].coedges.end; ++c) {
         const nurbs::CoEdge& coedge = store.coedges[c];
-        if (coedge.edge < 0) continue;
+        if (coedge.edge < paths.first_edge || coedge.edge >= paths.first_edge + static_cast<std::int32_t>(paths.edges.size()))
+          continue;
         uses.push_back({coedge.edge - paths.first_edge, c, coedge.reversed ? -loop_sign : loop_sign});
       }
     }
@@ -202,7 +203,7 @@ void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEd
     double best = kInf;
     for (const NearEdge* n : own) {
       const double band = m.store.edges[n->edge].band;
-      best = std::min(best, std::abs(r.t - n->t) * std::abs(glm::dot(r.normal, ray.dir)) / band);
+      best = std::min(best, std::abs(r.t - n->t) * std::abs(glm::dot(r.normal, ray.dir)) / std::max(band, 1e-300));
     }
     return best;
   };

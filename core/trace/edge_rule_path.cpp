@@ -44,6 +44,18 @@ struct Planar {
   double x[kMaxPieceDegree + 1], y[kMaxPieceDegree + 1];
 };
 
+void split(const Planar& c, int degree, double t, Planar& left, Planar& right) {
+  for (int i = 0; i <= degree; ++i) right.x[i] = c.x[i], right.y[i] = c.y[i];
+  for (int level = 0; level < degree; ++level) {
+    left.x[level] = right.x[0], left.y[level] = right.y[0];
+    for (int i = 0; i < degree - level; ++i) {
+      right.x[i] = (1.0 - t) * right.x[i] + t * right.x[i + 1];
+      right.y[i] = (1.0 - t) * right.y[i] + t * right.y[i + 1];
+    }
+  }
+  left.x[degree] = right.x[0], left.y[degree] = right.y[0];
+}
+
 // Crossings of a piece whose ends lie above (or not) as s0 and s1 say: the ends are shared with other pieces
 // and were judged once. size: below it, coordinates are rounding.
 int curve_crossings(const Planar& c, int degree, bool s0, bool s1, double size, int depth) {
@@ -67,15 +79,8 @@ int curve_crossings(const Planar& c, int degree, bool s0, bool s1, double size, 
   }
   if (depth == kMaxDepth || !(largest > size)) return c.x[0] + c.x[degree] > 0.0 ? whole : 0;
 
-  Planar left, right = c;
-  for (int level = 0; level < degree; ++level) {
-    left.x[level] = right.x[0], left.y[level] = right.y[0];
-    for (int i = 0; i < degree - level; ++i) {
-      right.x[i] = 0.5 * (right.x[i] + right.x[i + 1]);
-      right.y[i] = 0.5 * (right.y[i] + right.y[i + 1]);
-    }
-  }
-  left.x[degree] = right.x[0], left.y[degree] = right.y[0];
+  Planar left, right;
+  split(c, degree, 0.5, left, right);
   const bool middle = upper(right.y[0]);
   return curve_crossings(left, degree, s0, middle, size, depth + 1) +
          curve_crossings(right, degree, middle, s1, size, depth + 1);
@@ -221,17 +226,11 @@ int EdgePaths::side(std::int32_t local_edge, std::int32_t piece_index, double s,
     double weight;
     const Planar whole = project_piece(ctrl.data(), piece.degree, f, weight);
     const double size = kRounding * diagonal * weight;
-    std::vector<dvec2> points(ctrl.size()), first(ctrl.size()), rest(ctrl.size());
-    const auto part = [&](const std::vector<dvec2>& c, bool s0, bool s1) {
-      Planar planar;
-      for (std::size_t i = 0; i < c.size(); ++i) planar.x[i] = c[i].x, planar.y[i] = c[i].y;
-      return curve_crossings(planar, piece.degree, s0, s1, size, 0);
-    };
-    for (std::size_t i = 0; i < ctrl.size(); ++i) points[i] = {whole.x[i], whole.y[i]};
-    nurbs::split_bezier<dvec2>(points, s - h, first.data(), rest.data());
-    around += part(first, upper(from.y), upper(before.y));
-    nurbs::split_bezier<dvec2>(points, s + h, rest.data(), first.data());
-    around += part(first, upper(after.y), upper(to.y));
+    Planar first, last, unused;
+    split(whole, piece.degree, s - h, first, unused);
+    split(whole, piece.degree, s + h, unused, last);
+    around += curve_crossings(first, piece.degree, upper(from.y), upper(before.y), size, 0) +
+              curve_crossings(last, piece.degree, upper(after.y), upper(to.y), size, 0);
   }
   // The detour leaves the ray on its right.
   return piece_crossings(*this, piece, from, to, f) == around ? -1 : 1;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include "core/nurbs/trim_bezier.h"
@@ -17,6 +19,26 @@ constexpr double kBend = 0.02;
 constexpr double kLongest = 1.0 / 16.0;
 // ... at most this often.
 constexpr int kMaxHalvings = 5;
+
+// Four floats in the compiler's own vector type.
+typedef float Float4 __attribute__((vector_size(16)));
+typedef std::int32_t Int4 __attribute__((vector_size(16)));
+
+Float4 all4(float x) { return Float4{x, x, x, x}; }
+Float4 load4(const float* p) {
+  Float4 v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+Float4 max4(Float4 a, Float4 b) { return a > b ? a : b; }
+Float4 min4(Float4 a, Float4 b) { return a < b ? a : b; }
+unsigned bits4(Int4 mask) {
+  const Int4 bit = mask & Int4{1, 2, 4, 8};
+  std::uint64_t pair[2];
+  std::memcpy(pair, &bit, sizeof pair);
+  const std::uint64_t both = pair[0] | pair[1];
+  return static_cast<unsigned>(both | both >> 32);
+}
 
 dvec3 project(dvec4 h) { return dvec3(h) / h.w; }
 
@@ -221,6 +243,8 @@ bool EdgeTree::traverse(const Ray& ray, const RayFrame& f, const Visit& visit) c
   t_far = round_up(std::min(ray.tmax - f.t_shift + float_margin_ + sphere_radius_ * 1e-6, reach));
   if (!(t_near <= t_far)) return false;
 
+  const Float4 ox = all4(org[0]), oy = all4(org[1]), oz = all4(org[2]), t_first = all4(t_near);
+  const Float4 ix = all4(inv[0]), iy = all4(inv[1]), iz = all4(inv[2]), t_last = all4(t_far);
   constexpr int kStack = 8 * 64;
   std::int32_t stack[kStack];
   int top = 0;
@@ -233,18 +257,16 @@ bool EdgeTree::traverse(const Ray& ray, const RayFrame& f, const Visit& visit) c
     const float* far_y = negative[1] ? node.lower[1] : node.upper[1];
     const float* near_z = negative[2] ? node.upper[2] : node.lower[2];
     const float* far_z = negative[2] ? node.lower[2] : node.upper[2];
-    float gap[kWidth];
-    for (int i = 0; i < kWidth; ++i) {
-      const float nx = (near_x[i] - org[0]) * inv[0], fx = (far_x[i] - org[0]) * inv[0];
-      const float ny = (near_y[i] - org[1]) * inv[1], fy = (far_y[i] - org[1]) * inv[1];
-      const float nz = (near_z[i] - org[2]) * inv[2], fz = (far_z[i] - org[2]) * inv[2];
-      float n = nx > ny ? nx : ny, l = fx < fy ? fx : fy;
-      n = n > nz ? n : nz, l = l < fz ? l : fz;
-      n = n > t_near ? n : t_near, l = l < t_far ? l : t_far;
-      gap[i] = l - n;
+    unsigned hit = 0;
+    for (int half = 0; half < kWidth; half += 4) {
+      const Float4 nx = (load4(near_x + half) - ox) * ix, fx = (load4(far_x + half) - ox) * ix;
+      const Float4 ny = (load4(near_y + half) - oy) * iy, fy = (load4(far_y + half) - oy) * iy;
+      const Float4 nz = (load4(near_z + half) - oz) * iz, fz = (load4(far_z + half) - oz) * iz;
+      const Float4 first = max4(max4(nx, ny), max4(nz, t_first)), last = min4(min4(fx, fy), min4(fz, t_last));
+      hit |= bits4(first <= last) << half;
     }
-    for (int i = 0; i < kWidth; ++i) {
-      if (!(gap[i] >= 0.0f)) continue;
+    for (; hit != 0; hit &= hit - 1) {
+      const int i = std::countr_zero(hit);
       const std::int32_t child = node.child[i];
       if (child >= 0) {
         if (top < kStack) stack[top++] = child;
