@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/brep/topology.h"
 #include "core/nurbs/store.h"
 
 namespace trimray::nurbs {
@@ -29,5 +30,8 @@ struct BuildInput {
 // a depth-first walk from the prototype's root shape meets them.
 // Throws FormatError when the stream is damaged, ArgumentError when the arrays do not fit it.
 NurbsStore build_store(std::span<const std::byte> brep, const BuildInput& input);
+
+// The same from a parsed stream.
+NurbsStore build_store(const brep::Model& model, const BuildInput& input);
 
 }  // namespace trimray::nurbs
