@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "core/nurbs/surface.h"
 #include "core/nurbs/trim_bezier.h"
@@ -45,9 +46,9 @@ struct EdgeRule::Impl {
       const int loop_sign = store.faces[face].reversed ? -signs[l - loops.begin] : signs[l - loops.begin];
       for (std::int32_t c = store.loops[l].coedges.begin; c < store.loops[l].coedges.end; ++c) {
         const nurbs::CoEdge& coedge = store.coedges[c];
-        if (coedge.edge < paths.first_edge || coedge.edge >= paths.first_edge + static_cast<std::int32_t>(paths.edges.size()))
-          continue;
-        uses.push_back({coedge.edge - paths.first_edge, c, coedge.reversed ? -loop_sign : loop_sign});
+        const std::int32_t local = coedge.edge - paths.first_edge;
+        if (local < 0 || local >= static_cast<std::int32_t>(paths.edges.size())) continue;
+        uses.push_back({local, c, coedge.reversed ? -loop_sign : loop_sign});
       }
     }
   }
@@ -189,7 +190,7 @@ void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEd
     if (m.use_of(face, n.edge)) own.push_back(&n);
   if (own.empty()) return finish();
   std::sort(own.begin(), own.end(), [](const NearEdge* a, const NearEdge* b) {
-    return a->distance != b->distance ? a->distance < b->distance : a->edge != b->edge ? a->edge < b->edge : a->t < b->t;
+    return std::tie(a->distance, a->edge, a->t) < std::tie(b->distance, b->edge, b->t);
   });
 
   m.decide_by_side(ray, face, own, roots);

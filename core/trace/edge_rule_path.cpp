@@ -135,8 +135,9 @@ EdgePaths::EdgePaths(const nurbs::NurbsStore& store, std::int32_t prototype) {
         box.add(point);
         ctrl_h.push_back(dvec4(point * h.w, h.w));
       }
-      if (edge.vertex[0] < 0 && p == edge.pieces.begin) joints.push_back(dvec3(ctrl_h[local.ctrl]) / ctrl_h[local.ctrl].w);
-      joints.push_back(dvec3(ctrl_h[local.ctrl]) / ctrl_h[local.ctrl].w);
+      const dvec3 start = dvec3(ctrl_h[local.ctrl]) / ctrl_h[local.ctrl].w;
+      if (edge.vertex[0] < 0 && p == edge.pieces.begin) joints.push_back(start);
+      joints.push_back(start);
       pieces.push_back(local);
       if (p + 1 == edge.pieces.end) joints.push_back(dvec3(ctrl_h.back()) / ctrl_h.back().w);
     }
