@@ -66,6 +66,45 @@ Bends bend(const Extent (&d)[3][3], double min_w, const Part& part) {
           (part(d[0][2]) + 2.0 * sv * d[0][1].w + s * d[0][2].w) / min_w};
 }
 
+// Two intervals' worth of a direction's control tangents, in the leaf's frame (along A, across A, normal).
+struct TangentBox {
+  dvec3 lo{kInf}, hi{-kInf};
+  void widen(double t, double n) {
+    lo -= dvec3(t, t, n), hi += dvec3(t, t, n);
+  }
+};
+
+// Sine of a cone about the normal that holds U(x) x V(y) for all x, y of the extended leaf, where U = P_u - w_u e
+// and V = P_v - w_v e are the tangents of the line's distance function and e any point of the leaf; 2 when there
+// is none.
+double normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], const dvec3& axis_a) {
+  const dvec3 axis[3] = {axis_a, glm::cross(net.normal, axis_a), net.normal};
+  TangentBox box[2];
+  for (int dir = 0; dir < 2; ++dir) {
+    const int a = dir == 0 ? 1 : 0, b = 1 - a;
+    const double scale = (dir == 0 ? net.du : net.dv) / (2.0 * kExtend);
+    for (int i = 0; i + a <= net.du; ++i)
+      for (int j = 0; j + b <= net.dv; ++j) {
+        const dvec3 p = scale * xyz(net.difference(i, j, a, b));
+        const dvec3 q(glm::dot(p, axis[0]), glm::dot(p, axis[1]), glm::dot(p, axis[2]));
+        box[dir].lo = glm::min(box[dir].lo, q), box[dir].hi = glm::max(box[dir].hi, q);
+      }
+    const double w = d[a][b].w / min_w;
+    box[dir].widen(w * d[0][0].t, w * d[0][0].n);
+  }
+  // U x V is bilinear: its extremes over two boxes are at their corners.
+  double worst = 0.0;
+  for (int k = 0; k < 64; ++k) {
+    const auto corner = [](const TangentBox& b, int m) {
+      return dvec3(m & 1 ? b.hi.x : b.lo.x, m & 2 ? b.hi.y : b.lo.y, m & 4 ? b.hi.z : b.lo.z);
+    };
+    const dvec3 n = glm::cross(corner(box[0], k & 7), corner(box[1], k >> 3));
+    if (!(n.z > 0.0)) return 2.0;
+    worst = std::max(worst, std::hypot(n.x, n.y) / n.z);
+  }
+  return worst / std::hypot(1.0, worst);
+}
+
 // S, S_u, S_v at the middle of a net over the extended leaf, tangents per half width.
 void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
   dvec4 p(0.0), pu(0.0), pv(0.0);
@@ -93,73 +132,81 @@ void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
 }
 
 void set(double (&out)[3], const dvec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
+dvec3 vec(const double (&v)[3]) { return dvec3(v[0], v[1], v[2]); }
 
-}  // namespace
-
-LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& domain) {
-  const int du = patch.degree_u, dv = patch.degree_v;
-  dvec4 points[kMaxNet];
-  std::copy(source, source + (du + 1) * (dv + 1), points);
-  LeafProof proof;
-  LeafBound& bound = proof.bound;
-  bound.mid_u = 0.5 * (domain.u0 + domain.u1), bound.half_u = 0.5 * (domain.u1 - domain.u0);
-  bound.mid_v = 0.5 * (domain.v0 + domain.v1), bound.half_v = 0.5 * (domain.v1 - domain.v0);
-  restrict_net(points, du, dv, bound.mid_u - kExtend * bound.half_u, bound.mid_u + kExtend * bound.half_u,
-               bound.mid_v - kExtend * bound.half_v, bound.mid_v + kExtend * bound.half_v);
-  LocalNet net{du, dv, points, dvec3(0.0)};
-  dvec3 c, a, b;
-  center_frame(net, c, a, b);
-  const dvec3 n = glm::cross(a, b);
-  const double area = glm::length(n), length_a = glm::length(a), length_b = glm::length(b);
-  set(bound.center, c), set(bound.a, a), set(bound.b, b), set(bound.n, n);
-  // Until proven otherwise, nothing is known.
-  bound.unique = bound.scale_u = bound.scale_v = bound.add_u = bound.add_v = kInf;
-
-  double min_w = kInf;
-  for (int k = 0; k < (du + 1) * (dv + 1); ++k) {
-    min_w = std::min(min_w, points[k].w);
-    points[k] -= dvec4(c * points[k].w, 0.0);
-  }
-  if (!(min_w > 0.0) || !(area > 0.0) || !std::isfinite(area)) return proof;
-  net.normal = n / area;
-  Extent d[3][3];
-  for (int i = 0; i <= 2; ++i)
-    for (int j = 0; i + j <= 2; ++j) d[i][j] = net.derivative(i, j);
-  Bends t = bend(d, min_w, [](const Extent& e) { return e.t; });
-  Bends m = bend(d, min_w, [](const Extent& e) { return e.n; });
-  // Rounding: of the bounds themselves, and of the points they are made from.
-  const double rounding = 1e-14 * patch.size;
-  for (double* x : {&t.uu, &t.uv, &t.vv, &m.uu, &m.uv, &m.vv}) *x = *x * (1.0 + 1e-9) + rounding;
-
-  const double rest_t = 0.5 * t.uu + t.uv + 0.5 * t.vv, rest_n = 0.5 * m.uu + m.uv + 0.5 * m.vv;
-  bound.scale_u = 1.0 + 1e-9 + length_b * rest_t / area;
-  bound.scale_v = 1.0 + 1e-9 + length_a * rest_t / area;
-  bound.add_u = length_b * rest_n, bound.add_v = length_a * rest_n;
-
-  const double at = kExtend * (t.uu + t.uv), an = kExtend * (m.uu + m.uv);
-  const double bt = kExtend * (t.uv + t.vv), bn = kExtend * (m.uv + m.vv);
-  const double along = area - (at * length_b + bt * length_a + at * bt);
-  const double across = (length_a + at) * bn + (length_b + bt) * an;
-  if (along > 0.0) {
-    proof.sine = across / std::hypot(across, along) + 1e-6;
-    bound.unique = area * proof.sine;
-  }
-  proof.bend_u = length_b * (m.uu + t.uu) + length_a * (m.uv + t.uv);
-  proof.bend_v = length_a * (m.vv + t.vv) + length_b * (m.uv + t.uv);
-  return proof;
-}
-
-Box3 hull_box(const Patch& patch, const dvec4* source, const SubDomain& domain) {
+// The boxes of the control hull: along the axes, and along the tangents a, b and the unit normal n at the point c.
+// n = 0: the leaf is singular and gets a ball's worth of everything.
+void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, const dvec3& c, const dvec3& a,
+             const dvec3& b, const dvec3& n, LeafProof& proof) {
   const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
   dvec4 points[kMaxNet];
   std::copy(source, source + count, points);
   const double slack_u = 1e-7 * (domain.u1 - domain.u0), slack_v = 1e-7 * (domain.v1 - domain.v0);
   restrict_net(points, patch.degree_u, patch.degree_v, domain.u0 - slack_u, domain.u1 + slack_u,
                domain.v0 - slack_v, domain.v1 + slack_v);
-  Box3 box;
-  for (int k = 0; k < count; ++k) box.add(xyz(points[k]) / points[k].w);
-  box.dilate(std::fabs(patch.offset) + 1e-13 * (patch.size + glm::length(patch.origin)));
-  return box;
+  const bool regular = n != dvec3(0.0);
+  const dvec3 axis_a = regular ? a : dvec3(1, 0, 0), axis_b = regular ? b : dvec3(0, 1, 0);
+  const dvec3 axis_n = regular ? n : dvec3(0, 0, 1);
+  const glm::dmat3 to_local = glm::inverse(glm::dmat3(axis_a, axis_b, axis_n));
+  Box3 local;
+  for (int k = 0; k < count; ++k) {
+    const dvec3 p = xyz(points[k]) / points[k].w;
+    proof.box.add(p);
+    local.add(to_local * (p - c));
+  }
+  const double rounding = 1e-13 * (patch.size + glm::length(patch.origin));
+  proof.box.dilate(std::fabs(patch.offset) + rounding);
+  const dvec3 middle = local.center();
+  const dvec3 half = 0.5 * (1.0 + 1e-9) * local.extent() +
+                     rounding / dvec3(glm::length(axis_a), glm::length(axis_b), 1.0);
+  LeafBound& bound = proof.bound;
+  set(bound.center, c + axis_a * middle.x + axis_b * middle.y + axis_n * middle.z);
+  const dvec3 ea = axis_a * half.x, eb = axis_b * half.y, ek = axis_n * half.z;
+  set(bound.a, ea), set(bound.b, eb), set(bound.k, ek);
+  set(bound.ab, glm::cross(ea, eb)), set(bound.ak, glm::cross(ea, ek)), set(bound.bk, glm::cross(eb, ek));
+}
+
+}  // namespace
+
+LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& domain) {
+  const int du = patch.degree_u, dv = patch.degree_v, count = (du + 1) * (dv + 1);
+  dvec4 points[kMaxNet];
+  std::copy(source, source + count, points);
+  LeafProof proof;
+  LeafBound& bound = proof.bound;
+  bound = {};
+  bound.mid_u = 0.5 * (domain.u0 + domain.u1), bound.half_u = 0.5 * (domain.u1 - domain.u0);
+  bound.mid_v = 0.5 * (domain.v0 + domain.v1), bound.half_v = 0.5 * (domain.v1 - domain.v0);
+  bound.unique = kInf;
+  restrict_net(points, du, dv, bound.mid_u - kExtend * bound.half_u, bound.mid_u + kExtend * bound.half_u,
+               bound.mid_v - kExtend * bound.half_v, bound.mid_v + kExtend * bound.half_v);
+  LocalNet net{du, dv, points, dvec3(0.0)};
+  dvec3 c, a, b;
+  center_frame(net, c, a, b);
+  const dvec3 n = glm::cross(a, b);
+  const double area = glm::length(n);
+  const bool regular = area > 0.0 && std::isfinite(area);
+  enclose(patch, source, domain, c, a, b, regular ? n / area : dvec3(0.0), proof);
+
+  double min_w = kInf;
+  for (int k = 0; k < count; ++k) {
+    min_w = std::min(min_w, points[k].w);
+    points[k] -= dvec4(c * points[k].w, 0.0);
+  }
+  if (!(min_w > 0.0) || !regular) return proof;
+  net.normal = n / area;
+  Extent d[3][3];
+  for (int i = 0; i <= 2; ++i)
+    for (int j = 0; i + j <= 2; ++j) d[i][j] = net.derivative(i, j);
+  proof.sine = normal_cone(net, min_w, d, glm::normalize(a)) + 1e-6;
+  if (proof.sine < 1.0) bound.unique = glm::length(vec(bound.ab)) * proof.sine;
+
+  const Bends t = bend(d, min_w, [](const Extent& e) { return e.t; });
+  const Bends m = bend(d, min_w, [](const Extent& e) { return e.n; });
+  const double length_a = glm::length(a), length_b = glm::length(b);
+  proof.bend_u = length_b * (m.uu + t.uu) + length_a * (m.uv + t.uv);
+  proof.bend_v = length_a * (m.vv + t.vv) + length_b * (m.uv + t.uv);
+  return proof;
 }
 
 }  // namespace trimray::trace

@@ -1,18 +1,14 @@
 // What can be proven about a leaf once, for all rays.
 //
-// Let x in [-1, 1]^2 run over the leaf, C = S(0), A = S_u, B = S_v there (per half width), N = A x B. Over the
-// leaf extended by kExtend let the second derivatives be bounded, separately in the tangent plane (t) and
-// along the normal (n): |S_uu| <= U_t, U_n and so on. Then S = C + A x_u + B x_v + r with |r_t|, |r_n| <= R_t, R_n,
-// and the tangents stay within (a_t, a_n), (b_t, b_n) of A, B.
+// None. The leaf lies in the hull of its control points, and that in a parallelepiped along its own tangents and
+// normal: a line that is separated from it by one of the three axes dir x edge misses the leaf.
 //
-// None. At a root q = C - o satisfies (q + A x_u + B x_v + r) x d = 0, so x_u N.d = g.B + (r x B).d (up to sign,
-// g = q x d) and |(r x B).d| <= |B| (R_t |N.d| / |N| + R_n): the in-plane part of r turns into a multiple of the
-// normal, the normal part into an in-plane vector. |g.B| beyond |N.d| (1 + |B| R_t / |N|) + |B| R_n is a miss.
-//
-// One. Two roots x, y give M (x - y) x d = 0 where the columns of M are means of tangents over the segment
-// between them, inside the same balls. (M_u x M_v).d is N.d up to T |N.d| / |N| along the normal and Q in the plane:
-//   T = a_t |B| + b_t |A| + a_t b_t,   Q = (|A| + a_t) b_n + (|B| + b_t) a_n.
-// So |n.d| (|N| - T) > Q sqrt(1 - (n.d)^2), n = N / |N|, leaves no two roots.
+// One. Let e be the point of the leaf where a line meets it; its roots are the zeros across the line of the
+// polynomial F = P - w e. Two roots x, y give M (x - y) parallel to dir, where the columns of M are means of
+// F_u = P_u - w_u e and F_v over the segment between them. Their control points, widened by what e may be, span boxes
+// U and V; all products U x V lie in a cone about the normal n. A line with |n . dir| above the sine of the cone's
+// half angle has (M_u x M_v) . dir != 0, so x = y. Proven on the leaf extended by kExtend, so that a root beside
+// the leaf proves that there is none on it.
 #pragma once
 
 #include "core/trace/patch_data.h"
@@ -26,14 +22,12 @@ struct SubDomain {
 
 struct LeafProof {
   LeafBound bound;
+  Box3 box;                    // of the control hull, relative to Patch::origin; offset included
   double sine = 2.0;           // uniqueness holds where |n.d| exceeds it; above 1: never
   double bend_u = 0.0, bend_v = 0.0;  // what halving the leaf in u or v would win; only their order matters
 };
 
 // net: the patch's Bernstein control points. Rounding is covered by widening the bounds by 1e-9 of themselves.
 LeafProof prove_leaf(const Patch& patch, const dvec4* net, const SubDomain& domain);
-
-// Box of the part's control hull, relative to Patch::origin, offset included.
-Box3 hull_box(const Patch& patch, const dvec4* net, const SubDomain& domain);
 
 }  // namespace trimray::trace

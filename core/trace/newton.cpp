@@ -113,22 +113,25 @@ HWY_NOINLINE void newton(const Form& form, const RayFrame& ray, const Lanes (&st
   r.normal = n * (Lanes(1.0) / sqrt(dot(n, n)));
 }
 
+HWY_INLINE Vec3 broadcast(const double (&v)[3]) { return {Lanes(v[0]), Lanes(v[1]), Lanes(v[2])}; }
+
 template <typename Form>
 HWY_INLINE void solve_form(const Form& form, const Patch& patch, const LeafBound& leaf, const RayLanes& rays,
                            RootLanes& out) {
-  const Vec3 a{leaf.a[0], leaf.a[1], leaf.a[2]}, b{leaf.b[0], leaf.b[1], leaf.b[2]};
-  const Vec3 n{leaf.n[0], leaf.n[1], leaf.n[2]}, c{leaf.center[0], leaf.center[1], leaf.center[2]};
+  const Vec3 center = broadcast(leaf.center), a = broadcast(leaf.a), b = broadcast(leaf.b), k = broadcast(leaf.k);
+  const Vec3 ab = broadcast(leaf.ab), ak = broadcast(leaf.ak), bk = broadcast(leaf.bk);
   const Lanes half_u(leaf.half_u), half_v(leaf.half_v), mid_u(leaf.mid_u), mid_v(leaf.mid_v);
   for (int first = 0; first < trace::kLanes; first += kWidth) {
     const std::uint32_t wanted = (rays.active >> first) & ((1u << kWidth) - 1u);
     if (wanted == 0) continue;
     const RayFrame ray = near_patch(patch, rays, first);
-    // The tangent plane's answer, and how far the surface can be from it: most misses end here.
-    const Vec3 g = cross(c - ray.o, ray.d);
-    const Lanes den = dot(n, ray.d), size = abs(den);
+    // Separating axes dir x a, dir x b, dir x k: most misses end here.
+    const Vec3 g = cross(center - ray.o, ray.d);
+    const Lanes den = dot(ab, ray.d), size = abs(den);
+    const Lanes wide_a = abs(dot(ak, ray.d)), wide_b = abs(dot(bk, ray.d));
     const Lanes num_u = dot(g, b), num_v = Lanes(0.0) - dot(g, a);
-    const Mask miss = (abs(num_u) > mul_add(size, Lanes(leaf.scale_u), Lanes(leaf.add_u))) |
-                      (abs(num_v) > mul_add(size, Lanes(leaf.scale_v), Lanes(leaf.add_v)));
+    const Mask miss = (abs(num_u) > size + wide_b) | (abs(num_v) > size + wide_a) |
+                      (abs(dot(g, k)) > wide_a + wide_b);
     const Mask active = mask_from_bits(wanted);
     const Mask go = active & and_not(miss, size > Lanes(leaf.unique));
     std::uint32_t none_bits = bits(active & miss), one_bits = 0;

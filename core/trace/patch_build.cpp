@@ -87,7 +87,7 @@ void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
     return;
   }
   PatchLeaf leaf;
-  leaf.box = hull_box(patch, net, d);
+  leaf.box = proof.box;
   leaf.box.lower += patch.origin, leaf.box.upper += patch.origin;
   leaf.uv_face.add(dvec2(patch.u.to_face(d.u0), patch.v.to_face(d.v0)));
   leaf.uv_face.add(dvec2(patch.u.to_face(d.u1), patch.v.to_face(d.v1)));

@@ -42,13 +42,12 @@ struct Patch {
 
 // A leaf's share of the certificate; see certificate.h for the proof.
 struct alignas(64) LeafBound {
-  double center[3];                // of the surface at the middle of the leaf, relative to Patch::origin
-  double a[3], b[3];               // tangents times the leaf's half widths
-  double n[3];                     // a x b
+  // The leaf lies in the parallelepiped {center + a x + b y + k z : |x|, |y|, |z| <= 1}; a and b are tangents at its
+  // middle, k runs along the normal. Relative to Patch::origin.
+  double center[3], a[3], b[3], k[3];
+  double ab[3], ak[3], bk[3];           // a x b, a x k, b x k
   double mid_u, mid_v, half_u, half_v;  // in patch parameters
-  double unique;                   // |n . dir| above this: at most one root on the leaf extended by kExtend
-  double scale_u, add_u;           // a root x (leaf in [-1, 1]^2) has |x_u| <= 1 only if
-  double scale_v, add_v;           //   |num_u| <= scale_u |n . dir| + add_u
+  double unique;                        // |ab . dir| above this: at most one root on the leaf extended by kExtend
 };
 
 // The uniqueness proof covers the leaf widened by this factor about its middle.

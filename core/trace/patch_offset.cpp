@@ -162,13 +162,13 @@ void offset_roots(const Patch& patch, const PatchPool& pool, const LeafBound& le
     stack.pop_back();
     const LeafProof proof = prove_leaf(patch, net, d);
     const LeafBound& b = proof.bound;
-    const dvec3 c(b.center[0], b.center[1], b.center[2]), n(b.n[0], b.n[1], b.n[2]);
+    const dvec3 c(b.center[0], b.center[1], b.center[2]), n(b.ab[0], b.ab[1], b.ab[2]);
     const dvec3 a(b.a[0], b.a[1], b.a[2]), t(b.b[0], b.b[1], b.b[2]);
     const double wu = d.u1 - d.u0, wv = d.v1 - d.v0;
     const bool small = wu <= kMinWidth && wv <= kMinWidth;
 
     // Exclusion: the hull's ball, the offset about the middle normal n +- the cone of normals.
-    const Box3 hull = hull_box(patch, net, d);
+    const Box3& hull = proof.box;
     const double radius = 0.5 * hull.diagonal() - std::sqrt(3.0) * std::fabs(patch.offset);
     const bool cone = proof.sine < 1.0;
     const double spread = cone ? 2.0 * std::sin(0.5 * std::asin(proof.sine)) : 2.0;
