@@ -1,0 +1,254 @@
+"""Native core of trimray. Lengths are mm, angles radians."""
+
+from collections.abc import Sequence
+import enum
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+class CoreError(RuntimeError):
+    pass
+
+class FormatError(CoreError):
+    pass
+
+class ArgumentError(CoreError):
+    pass
+
+class Store:
+    """Every face of a model as an exact trimmed NURBS surface; immutable."""
+
+    @staticmethod
+    def build(
+        brep: bytes,
+        prototype_shapes: Annotated[
+            NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)
+        ],
+        prototype_colors: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)
+        ],
+        face_color_shapes: Annotated[
+            NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)
+        ],
+        face_colors: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)
+        ],
+        instance_prototypes: Annotated[
+            NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)
+        ],
+        instance_placements: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 12), order="C", device="cpu", writable=False)
+        ],
+        instance_colors: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)
+        ],
+        meta: str,
+    ) -> Store:
+        """
+        From the importer's byte stream and arrays. FormatError: the stream is damaged; ArgumentError: the arrays do not fit it.
+        """
+
+    @staticmethod
+    def load(data: bytes) -> Store:
+        """From what save() gave. FormatError: anything else."""
+
+    def save(self) -> bytes:
+        """The store as the bytes of one file."""
+
+    @property
+    def meta(self) -> str:
+        """The importer's JSON."""
+
+    @property
+    def face_count(self) -> int: ...
+    def face_kinds(self) -> list[str]:
+        """Surface kind of every face."""
+
+    def face_statuses(self) -> list[str]:
+        """ "ok" or the reason the face cannot be drawn."""
+
+    def face_colors(self) -> NDArray[numpy.float32]:
+        """
+        (n, 4) float32, sRGB-encoded, straight alpha; red -1 where the face has none of its own.
+        """
+
+    def face_prototypes(self) -> NDArray[numpy.int32]:
+        """(n,) int32."""
+
+    def face_shapes(self) -> NDArray[numpy.int32]:
+        """(n,) int32, 1-based position in the importer's byte stream."""
+
+    def instance_prototypes(self) -> NDArray[numpy.int32]:
+        """(n,) int32."""
+
+    def instance_placements(self) -> NDArray[numpy.float64]:
+        """(n, 3, 4) float64, prototype to world, mm."""
+
+    def instance_colors(self) -> NDArray[numpy.float32]:
+        """
+        (n, 4) float32, sRGB-encoded: of faces without a colour of their own; red -1 where there is none.
+        """
+
+    def prototype_faces(self) -> NDArray[numpy.int32]:
+        """(n, 2) int32: first face and one past the last."""
+
+    def prototype_shells(self) -> NDArray[numpy.int32]:
+        """(n, 2) int32: closed and open shells."""
+
+    def parity_targets(self) -> tuple:
+        """
+        Points (n, 3) float64, world, mm, on every vertex and edge; closed shells; open shells, over all instances.
+        """
+
+    def extent(self, threads: int = 0) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+        """
+        Tight bounds (2, 3) float64 and outline points (n, 3) float64, world, mm; inf, -inf when nothing can be drawn.
+        """
+
+class UpAxis(enum.Enum):
+    X = 0
+
+    Y = 1
+
+    Z = 2
+
+    MINUS_X = 3
+
+    MINUS_Y = 4
+
+    MINUS_Z = 5
+
+class Camera:
+    """Where the rays of a picture start and go."""
+
+    @staticmethod
+    def fit(
+        azimuth_deg: float,
+        elevation_deg: float,
+        up: UpAxis,
+        points: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        width_px: int,
+        height_px: int,
+        perspective: bool,
+        fov_deg: float,
+        margin: float,
+    ) -> Camera:
+        """Fitted to points (n, 3) float64, mm."""
+
+    @property
+    def eye(self) -> NDArray[numpy.float64]:
+        """(3,) float64, mm."""
+
+    @property
+    def right(self) -> NDArray[numpy.float64]:
+        """(3,) float64, unit."""
+
+    @property
+    def up(self) -> NDArray[numpy.float64]:
+        """(3,) float64, unit."""
+
+    @property
+    def forward(self) -> NDArray[numpy.float64]:
+        """(3,) float64, unit."""
+
+    @property
+    def perspective(self) -> bool: ...
+    @property
+    def pixel(self) -> float:
+        """mm per px (orthographic) or tangent per px (perspective)."""
+
+    @property
+    def width_px(self) -> int: ...
+    @property
+    def height_px(self) -> int: ...
+    def rays(self) -> tuple:
+        """
+        Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.
+        """
+
+class Progress:
+    """Tiles done of a render that another thread waits for."""
+
+    def __init__(self) -> None: ...
+    @property
+    def done(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+    @property
+    def cancelled(self) -> bool: ...
+    def cancel(self) -> None: ...
+
+class Scene:
+    """A store made ready for rays."""
+
+    def __init__(self, store: Store, threads: int = 0) -> None: ...
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def leaf_boxes(self) -> int: ...
+    @property
+    def build_seconds(self) -> float: ...
+    def cast(
+        self,
+        org: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        dir: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        tmin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        tmax: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        reference: bool = False,
+        threads: int = 0,
+    ) -> tuple:
+        """
+        Nearest hits: t (n,), face (n,), instance (n,), uv (n, 2), normal (n, 3).
+        """
+
+    def count_hits(
+        self,
+        org: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        dir: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        tmin: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        tmax: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        reference: bool = False,
+        threads: int = 0,
+    ) -> NDArray[numpy.int32]:
+        """Crossings per ray, (n,) int32."""
+
+    def render(
+        self,
+        camera: Camera,
+        aovs: Sequence[str],
+        samples: int,
+        background: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)
+        ],
+        orientation: bool,
+        reference: bool,
+        threads: int,
+        progress: Progress,
+    ) -> dict:
+        """Planes of a picture by name, each (height, width[, channels])."""
+
+def measure_cast(
+    scene: Scene,
+    org: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
+    dir: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
+    threads: int = 0,
+) -> dict:
+    """
+    Seconds of casting alone, without any copying, and the counters of the call.
+    """
+
+def edge_points(store: Store, per_edge: int = 2) -> NDArray[numpy.float64]:
+    """
+    (n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance.
+    """
