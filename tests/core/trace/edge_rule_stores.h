@@ -1,6 +1,7 @@
 // Hand-made solids whose p-curves are off on purpose, and their roots by closed form.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -188,20 +189,26 @@ inline nurbs::NurbsStore capped_cylinder(double radius, double height, double ga
   return maker.finish();
 }
 
-// All crossings of the line with the whole plane or cylinder of a face.
+// All crossings of the line with the whole plane, cylinder, cone or sphere of a face.
 inline std::vector<Root> closed_form_roots(const nurbs::NurbsStore& store, std::int32_t face, const Ray& ray) {
   const nurbs::Face& f = store.faces[face];
   const nurbs::Surface& s = store.surfaces[f.surface];
   const dvec3 d = ray.org - s.location;
   const dvec3 o{glm::dot(d, s.x_axis), glm::dot(d, s.y_axis), glm::dot(d, s.z_axis)};
   const dvec3 w{glm::dot(ray.dir, s.x_axis), glm::dot(ray.dir, s.y_axis), glm::dot(ray.dir, s.z_axis)};
+  const bool plane = s.kind == nurbs::SurfaceKind::kPlane, sphere = s.kind == nurbs::SurfaceKind::kSphere;
+  const double slope = s.kind == nurbs::SurfaceKind::kCone ? std::tan(s.semi_angle) : 0.0;
   std::vector<double> ts;
-  if (s.kind == nurbs::SurfaceKind::kPlane) {
+  if (plane) {
     if (w.z != 0.0) ts.push_back(-o.z / w.z);
   } else {
-    const double a = w.x * w.x + w.y * w.y, b = o.x * w.x + o.y * w.y, c = o.x * o.x + o.y * o.y - s.r1 * s.r1;
+    // x^2 + y^2 = (r1 + slope z)^2, for the sphere x^2 + y^2 + z^2 = r1^2.
+    const double radius = s.r1 + slope * o.z, growth = slope * w.z;
+    const double a = sphere ? glm::dot(w, w) : w.x * w.x + w.y * w.y - growth * growth;
+    const double b = sphere ? glm::dot(o, w) : o.x * w.x + o.y * w.y - radius * growth;
+    const double c = sphere ? glm::dot(o, o) - s.r1 * s.r1 : o.x * o.x + o.y * o.y - radius * radius;
     const double root = b * b - a * c;
-    if (a > 0.0 && root > 0.0) {
+    if (a != 0.0 && root > 0.0) {
       const double q = -(b + std::copysign(std::sqrt(root), b));
       ts = {q / a, c / q};
     }
@@ -209,11 +216,15 @@ inline std::vector<Root> closed_form_roots(const nurbs::NurbsStore& store, std::
   std::vector<Root> roots;
   for (double t : ts) {
     const dvec3 p = o + t * w;
+    const double across = s.r1 + slope * p.z < 0.0 ? -1.0 : 1.0;  // beyond a cone's apex
     Root r;
     r.t = t, r.face = face;
-    r.uv_face = s.kind == nurbs::SurfaceKind::kPlane ? dvec2(p) : dvec2(std::atan2(p.y, p.x), p.z);
-    r.normal = s.kind == nurbs::SurfaceKind::kPlane ? s.z_axis : (p.x * s.x_axis + p.y * s.y_axis) / std::hypot(p.x, p.y);
-    if (f.reversed) r.normal = -r.normal;
+    const double u = std::atan2(across * p.y, across * p.x);
+    r.uv_face = plane    ? dvec2(p)
+                : sphere ? dvec2(u, std::asin(std::clamp(p.z / s.r1, -1.0, 1.0)))
+                         : dvec2(u, p.z / std::cos(s.semi_angle));
+    const nurbs::SurfacePoint at = nurbs::evaluate(store, s, r.uv_face);
+    r.normal = glm::normalize(glm::cross(at.du, at.dv)) * (f.reversed ? -1.0 : 1.0);
     r.sign = glm::dot(r.normal, ray.dir) > 0.0 ? 1 : -1;
     roots.push_back(r);
   }

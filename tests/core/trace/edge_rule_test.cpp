@@ -12,40 +12,6 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Rays aimed at points of edges and at vertices with offsets from nothing to a band, in all directions and
-// along axes and edges. hits: what a line may count on this solid.
-void expect_even(const Solid& solid, int rays, std::uint64_t seed, const std::set<std::size_t>& hits) {
-  std::mt19937_64 rng(seed);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const double offsets[] = {0.0, 0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 3e-3};
-  std::map<std::size_t, int> counts;
-  for (int i = 0; i < rays; ++i) {
-    const nurbs::Edge& edge = solid.store.edges[rng() % solid.store.edges.size()];
-    dvec3 target = solid.store.vertices[edge.vertex[rng() % 2]].point;
-    if (i % 3) {
-      const nurbs::CurvePiece& piece = solid.store.edge_pieces[edge.pieces.begin + rng() % edge.pieces.size()];
-      const dvec4* c = &solid.store.edge_ctrl_h[piece.ctrl.begin];
-      const double t = i % 5 ? unit(rng) : 0.5;
-      const dvec4 h = piece.ctrl.size() == 2 ? c[0] * (1 - t) + c[1] * t
-                                             : c[0] * (1 - t) * (1 - t) + c[1] * 2.0 * t * (1 - t) + c[2] * t * t;
-      target = dvec3(h) / h.w;
-    }
-    target += offsets[rng() % std::size(offsets)] * random_direction(rng);
-    dvec3 dir = random_direction(rng);
-    if (i % 7 == 0) dir = dvec3((i % 21) / 7 == 0, (i % 21) / 7 == 1, (i % 21) / 7 == 2);
-    if (i % 11 == 0) dir = dvec3(dir.x, dir.y, 0.0);
-    if (i % 13 == 0) dir = solid.store.vertices[rng() % solid.store.vertices.size()].point - target;
-    if (!(glm::length(dir) > 1e-2)) continue;
-    const Solid::Outcome out = solid.cast(line_through(target, dir));
-    EXPECT_EQ(out.sum, 0);
-    EXPECT_EQ(out.hits.size() % 2, 0u) << i;
-    ++counts[out.hits.size()];
-    for (std::size_t k = 0; k + 1 < out.hits.size(); k += 2)
-      EXPECT_NE(out.hits[k].sign, out.hits[k + 1].sign);
-  }
-  for (const auto& [count, times] : counts) EXPECT_TRUE(hits.count(count)) << count << " hits, " << times << " times";
-}
-
 TEST(EdgeRule, BoxWithExactTrimsIsEven) {
   std::mt19937_64 rng(1);
   expect_even(Solid(box_solid({-1, -2, 0}, {1, 1, 3}, 0.0, rng)), 40000, 1, {0, 2});
