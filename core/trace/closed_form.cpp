@@ -145,7 +145,7 @@ bool accept(const ClosedForm& form, const LocalRoot& p, const Box2& box, dvec2& 
 
 }  // namespace
 
-bool has_closed_form(SurfaceKind kind) {
+bool solves_closed_form(SurfaceKind kind) {
   return kind == SurfaceKind::kPlane || kind == SurfaceKind::kCylinder || kind == SurfaceKind::kCone ||
          kind == SurfaceKind::kSphere || kind == SurfaceKind::kTorus;
 }

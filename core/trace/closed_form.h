@@ -27,7 +27,7 @@ struct ClosedRoot {
 
 inline constexpr int kMaxClosedRoots = 4;
 
-bool has_closed_form(nurbs::SurfaceKind kind);
+bool solves_closed_form(nurbs::SurfaceKind kind);
 
 // margin_mm: how far beyond uv_box roots are still wanted, as a length on the surface.
 ClosedForm make_closed_form(const nurbs::Surface& surface, const Box2& uv_box, double margin_mm);

@@ -60,7 +60,7 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
     const nurbs::Face& face = store.faces[f];
     if (face.status != FaceStatus::kOk || face.surface < 0) continue;
     const nurbs::Surface& surface = store.surfaces[face.surface];
-    if (!has_closed_form(surface.kind)) continue;
+    if (!solves_closed_form(surface.kind)) continue;
     forms[f - first_face] = make_closed_form(surface, face.uv_box, margin_mm[f - first_face]);
     append_closed_leaves(store, trim, f, form(f), diagonal, closed_leaves);
   }

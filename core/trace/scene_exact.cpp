@@ -43,12 +43,11 @@ void PrototypeScene::leaf_roots(std::int32_t leaf, const Ray& ray, std::vector<R
   for (std::size_t i = begin; i < out.size(); ++i) out[i] = make_root(face, out[i].t, out[i].uv_face, out[i].normal, ray.dir);
 }
 
-void merge_roots(std::vector<Root>& roots, std::size_t begin, double merge_mm) {
+void merge_roots(std::vector<Root>& roots, std::size_t begin, double diagonal) {
   const auto first = roots.begin() + static_cast<std::ptrdiff_t>(begin);
   std::stable_sort(first, roots.end(), [](const Root& a, const Root& b) { return a.t < b.t; });
-  // Two true roots in a row have opposite signs, so neighbours of one sign are one root found twice.
-  const auto same = [&](const Root& a, const Root& b) { return a.sign == b.sign && b.t - a.t <= merge_mm; };
-  roots.erase(std::unique(first, roots.end(), same), roots.end());
+  roots.erase(std::unique(first, roots.end(), [&](const Root& a, const Root& b) { return same_root(a, b, diagonal); }),
+              roots.end());
 }
 
 void PrototypeScene::face_roots(std::int32_t face, const Ray& ray, std::vector<Root>& out) const {
@@ -78,7 +77,7 @@ void PrototypeScene::face_roots(std::int32_t face, const Ray& ray, std::vector<R
     }
     if (enter <= leave) leaf_roots(leaf, ray, out);
   }
-  merge_roots(out, begin, 1e-10 * diagonal);
+  merge_roots(out, begin, diagonal);
 }
 
 Ray InstanceScene::local(const Ray& world, double& scale) const {
@@ -183,7 +182,7 @@ void Scene::Impl::all_hits(const Ray& ray, std::vector<Hit>& out) const {
         if (!primitive.closed) p.leaf_roots(primitive.leaf, local, roots);
         else if (first) p.face_roots(face, local, roots);
       }
-      merge_roots(roots, 0, 1e-10 * p.diagonal);
+      merge_roots(roots, 0, p.diagonal);
       for (const Root& root : roots)
         if (root.inside) kept.push_back(root);
     }

@@ -58,8 +58,8 @@ struct PrototypeScene {
   void face_roots(std::int32_t face, const Ray& ray, std::vector<Root>& out) const;
 };
 
-// Sorts by t and drops roots that two neighbouring leaves both found: same sign, closer than merge_mm.
-void merge_roots(std::vector<Root>& roots, std::size_t begin, double merge_mm);
+// Sorts by t and drops roots that two neighbouring leaves both found (same_root).
+void merge_roots(std::vector<Root>& roots, std::size_t begin, double diagonal);
 
 struct InstanceScene {
   std::int32_t prototype = -1;
