@@ -1,8 +1,17 @@
 #include "core/nurbs/spline.h"
 
 #include <cmath>
+#include <functional>
 
 namespace trimray::nurbs {
+
+void sort_arguments(std::span<const double> knots, int degree, int span, double* x) {
+  const double begin = knots[span], end = knots[span + 1];
+  double* inner = std::partition(x, x + degree, [&](double t) { return t >= end || t <= begin; });
+  double* lows = std::partition(x, inner, [&](double t) { return t >= end; });
+  std::sort(x, lows, std::greater<>());
+  std::sort(lows, inner);
+}
 
 Respan plan_respan(std::span<const double> knots, int degree, double a, double b) {
   const int count = static_cast<int>(knots.size()) - degree - 1;

@@ -26,8 +26,9 @@ struct SplineCurve {
 inline dvec3 project(const dvec4& h) { return dvec3(h.x, h.y, h.z) / h.w; }
 inline dvec2 project(const dvec3& h) { return dvec2(h.x, h.y) / h.z; }
 
-// The multi-affine form of the polynomial on `span` at degree arguments x. Equal to a control point
-// when the arguments are that point's knots; bit-exact then.
+// The multi-affine form of the polynomial on `span` at degree arguments x, symmetric in exact arithmetic. In
+// the order of sort_arguments every step that counts is a convex combination, unless an argument lies
+// outside the knots, and a control point comes out bit-exact when the arguments are its knots.
 template <typename H>
 H blossom(const double* knots, int degree, int span, const H* ctrl, std::ptrdiff_t stride, const double* x) {
   H d[kMaxDegree + 1];
@@ -44,6 +45,10 @@ H blossom(const double* knots, int degree, int span, const H* ctrl, std::ptrdiff
   }
   return d[degree];
 }
+
+// The order for blossom: arguments at or behind the span's end descending, those at or before its begin
+// ascending, the ones inside last. In any other order uneven knots make far extrapolations that cancel.
+void sort_arguments(std::span<const double> knots, int degree, int span, double* x);
 
 // Bezier control points of every non-empty span, degree + 1 each, appended to out.
 template <typename H>
@@ -81,10 +86,16 @@ Respan plan_respan(std::span<const double> knots, int degree, double a, double b
 template <typename H>
 void apply_respan(const Respan& plan, std::span<const double> knots, int degree, const H* ctrl,
                   std::ptrdiff_t stride, H* out, std::ptrdiff_t out_stride) {
-  for (int i = 0; i < plan.count(); ++i)
-    out[i * out_stride] = plan.copies[i] >= 0
-                              ? ctrl[plan.copies[i] * stride]
-                              : blossom(knots.data(), degree, plan.spans[i], ctrl, stride, &plan.knots[i + 1]);
+  double x[kMaxDegree];
+  for (int i = 0; i < plan.count(); ++i) {
+    if (plan.copies[i] >= 0) {
+      out[i * out_stride] = ctrl[plan.copies[i] * stride];
+      continue;
+    }
+    std::copy_n(&plan.knots[i + 1], degree, x);
+    sort_arguments(knots, degree, plan.spans[i], x);
+    out[i * out_stride] = blossom(knots.data(), degree, plan.spans[i], ctrl, stride, x);
+  }
 }
 
 // The curve over [a, b], clamped.
