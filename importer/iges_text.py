@@ -47,7 +47,7 @@ class IgesText:
         result = []
         for index, ((first, second), record) in enumerate(zip(self.directory, self.records, strict=False)):
             status = first[64:72]
-            body = record.rstrip().rstrip(b";").split(b",")
+            body = record.partition(b";")[0].split(b",")
             subordinate = status[2:4].strip() not in (b"", b"0", b"00")
             result.append(
                 Entity(2 * index + 1, _int(first[:8]), _int(second[32:40]), subordinate, tuple(body[1:]))
@@ -95,7 +95,7 @@ def _split_records(text: IgesText, lines: list[bytes]) -> None:
         if begin < 1 or count < 1 or begin - 1 + count > len(lines) or owners - {2 * index + 1}:
             break
         by_pointer.append(b"".join(line[:64] for line in lines[begin - 1 : begin - 1 + count]))
-    if len(by_pointer) == len(pointers) and all(record.rstrip().endswith(b";") for record in by_pointer):
+    if len(by_pointer) == len(pointers) and all(b";" in record for record in by_pointer):
         text.records = by_pointer
         return
     records: list[bytes] = []

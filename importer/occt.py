@@ -52,6 +52,14 @@ def switch_healing_off(reader: Any) -> None:
     reader.SetShapeFixParameters(parameters)
 
 
+_kept: list[Any] = []
+
+
+def keep(*things: Any) -> None:
+    """Never frees these: a reader and its document take as long to free as to extract, and the child ends anyway."""
+    _kept.extend(things)
+
+
 def new_document() -> TDocStd_Document:
     """An empty XCAF document."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))

@@ -16,9 +16,11 @@ from .report import Report
 from .scene import Scene
 from .sew import sew_part
 
-# Sewing tolerance where the caller names none: the file's own resolution, within these parts of the diagonal.
-_LEAST_SEWING = 1e-6
-_MOST_SEWING = 1e-4
+# Sewing tolerance where the caller names none: what CAD systems knit within (but no more than a small part of
+# the diagonal), or the file's own resolution where that is coarser.
+_KNIT_MM = 0.01
+_KNIT_PART = 5e-5
+_MOST_PART = 1e-4
 
 
 def read_iges(
@@ -50,6 +52,7 @@ def read_iges(
     if heal == "off":
         occt.switch_healing_off(reader)
     document = occt.new_document()
+    occt.keep(reader, document)
     with report.stage("transfer"):
         reader.Transfer(document)
     with report.stage("extract"):
@@ -68,7 +71,7 @@ def _sewing_tolerance(shape: Any, resolution: float) -> float:
     box = Bnd_Box()
     BRepBndLib.Add_s(shape, box, False)
     diagonal = 1.0 if box.IsVoid() or box.IsOpen() else max(box.SquareExtent() ** 0.5, 1e-9)
-    return float(min(max(resolution, _LEAST_SEWING * diagonal), _MOST_SEWING * diagonal))
+    return float(min(max(resolution, min(_KNIT_MM, _KNIT_PART * diagonal)), _MOST_PART * diagonal))
 
 
 def _text(value: Any) -> str:

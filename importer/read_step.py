@@ -42,6 +42,7 @@ def read_step(
     if heal == "off":
         occt.switch_healing_off(reader)
     document = occt.new_document()
+    occt.keep(reader, document)
     with report.stage("transfer"):
         reader.Transfer(document)
     with report.stage("extract"):

@@ -46,8 +46,11 @@ class StepAudit:
             if not message.startswith("Parameter #"):  # of the header
                 self.report.add("", "syntax", message, "warning")
         groups: dict[tuple[str, str], list[int]] = {}
-        for number, fails, _ in checks(self.session.ModelCheckList(True)):
-            if fails and number > 0:
+        is_error = self.model.IsErrorEntity
+        for number in [n for n in range(1, self.model.NbEntities() + 1) if is_error(n)]:
+            check = self.model.Check(number, True)
+            fails = [_text(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
+            if fails:
                 reason = "; ".join(dict.fromkeys(fails[:3]))
                 groups.setdefault((self._kind(number), reason), []).append(number)
         for (kind, reason), numbers in groups.items():
@@ -126,7 +129,7 @@ class StepAudit:
         """#id of an entity, from the order of the records in the text; "" where that order is not certain."""
         ids = self.text.record_ids
         if 0 < number <= len(ids) == self.model.NbEntities():
-            return f"#{ids[number - 1]}"
+            return f"#{ids[number - 1].decode()}"
         return f"entity {number}" if number > 0 else ""
 
     def _kind(self, number: int) -> str:
