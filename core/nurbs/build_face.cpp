@@ -47,6 +47,7 @@ class FaceBuilder {
     source_ = read_surface(model_, data_.surface, placement_);
     out_.status = source_.status;
     if (out_.status == FaceStatus::kOk) trim();
+    if (out_.status == FaceStatus::kOk && !loops_sound()) out_.status = FaceStatus::kBadTrim;
     if (out_.status != FaceStatus::kOk) {
       out_.form = {};
       out_.loops = {};
@@ -96,6 +97,16 @@ class FaceBuilder {
       return;
     }
     out_.bounds = hull_bounds(view(out_.form), box);
+  }
+
+  // Damaged ranges and poles may have passed as numbers until here.
+  bool loops_sound() const {
+    for (const LoopWork& loop : out_.loops.loops)
+      for (const CoEdgeWork& c : loop.coedges)
+        if (!pieces_sound(c.pieces)) return false;
+    for (const SyntheticEdge& e : out_.loops.synthetic)
+      if (!pieces_sound(e.path)) return false;
+    return true;
   }
 
   // A wire whose edges are all poles bounds nothing: the vertex loop of a full sphere or cone.
@@ -302,7 +313,9 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
           // On a plane a straight piece against a straight path strays most at an end.
           const bool straight = face.form.surface.kind == SurfaceKind::kPlane && degree == 1 && path.list.size() == 1 &&
                                 path.list[0].ctrl.size() == 2;
-          const int samples = straight ? 1 : 16 + 4 * std::max(0, degree - 3);
+          // Every piece of the path gets its share: a straight p-curve may follow a path of many pieces.
+          const int share = static_cast<int>(8 * path.list.size() / c.pieces.list.size());
+          const int samples = straight ? 1 : std::min(std::max(16 + 4 * std::max(0, degree - 3), share), 1024);
           for (int k = 0; k <= samples; ++k) {
             const double x = double(k) / samples;
             const dvec3 on = evaluate(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, x))).p;
@@ -316,8 +329,10 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
         worst = std::max(worst, link_distance(s, start_uv(c), end_uv(previous), tail));
       }
       face.deviation.push_back(worst);
+      if (!(worst < kMaxCoordinate)) face.status = FaceStatus::kBadTrim;
     }
   }
+  if (face.status != FaceStatus::kOk) face.form = {}, face.loops = {}, face.bounds = {};
 }
 
 }  // namespace trimray::nurbs
