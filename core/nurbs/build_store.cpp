@@ -62,6 +62,7 @@ void find_paths(PrototypeWork& proto) {
         if (c.edge < 0 || proto.edges[c.edge].degenerate || !proto.edges[c.edge].path.empty()) continue;
         EdgeWork& e = proto.edges[c.edge];
         e.path = path_from_face(face, c, 1e-9 * std::max(1.0, face.bounds.diagonal()));
+        if (!pieces_sound(e.path)) e.path = {};
         if (e.path.empty()) e.degenerate = true;
       }
 }

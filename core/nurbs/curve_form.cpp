@@ -206,6 +206,18 @@ void reverse_pieces(Pieces<H>& pieces) {
   }
 }
 
+template <typename H>
+bool pieces_sound(const Pieces<H>& pieces) {
+  for (const CurvePiece& p : pieces.list)
+    if (!std::isfinite(p.t0) || !std::isfinite(p.t1)) return false;
+  for (const H& h : pieces.ctrl) {
+    for (int i = 0; i < H::length(); ++i)
+      if (!std::isfinite(h[i])) return false;
+    if (!(h[H::length() - 1] > 0.0)) return false;
+  }
+  return true;
+}
+
 template <int D>
 Pieces<Hom<D>> fit_cubics(const std::function<Vec<D>(double)>& f, double a, double b, double tolerance) {
   Pieces<Hom<D>> r;
@@ -302,6 +314,8 @@ template Pieces2 fit_cubics<2>(const std::function<dvec2(double)>&, double, doub
 template Pieces3 fit_cubics<3>(const std::function<dvec3(double)>&, double, double, double);
 template void curve_point<2>(const SplineCurve<dvec3>&, double, dvec2&, dvec2&);
 template void curve_point<3>(const SplineCurve<dvec4>&, double, dvec3&, dvec3&);
+template bool pieces_sound(const Pieces2&);
+template bool pieces_sound(const Pieces3&);
 template void reverse_pieces(Pieces2&);
 template void reverse_pieces(Pieces3&);
 

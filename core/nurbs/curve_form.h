@@ -63,6 +63,10 @@ template <int D>
 void curve_point(const SplineCurve<glm::vec<D + 1, double>>& curve, double t, glm::vec<D, double>& point,
                  glm::vec<D, double>& derivative);
 
+// Are all parameters and control points finite and all weights positive?
+template <typename H>
+bool pieces_sound(const Pieces<H>& pieces);
+
 // Turns the order and each piece round; t0 and t1 change places.
 template <typename H>
 void reverse_pieces(Pieces<H>& pieces);

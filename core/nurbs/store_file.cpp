@@ -3,6 +3,8 @@
 //   header   8 bytes magic, u32 byte-order mark, u32 version, u64 bytes after the header, u64 checksum of these
 //   array    u64 count, then its elements: plain numbers as they lie in memory, records field by field (so that
 //            no padding is written and no bool or enum is read from an arbitrary byte)
+#include "core/nurbs/store_file.h"
+
 #include <bit>
 #include <cstring>
 
@@ -214,7 +216,7 @@ void arrays(auto& file, auto& store) {
 }
 
 template <typename T>
-void put(std::vector<std::byte>& bytes, std::size_t at, T value) {
+void put(std::span<std::byte> bytes, std::size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof(T));
 }
 
@@ -240,9 +242,14 @@ std::vector<std::byte> save_store(const NurbsStore& store) {
   std::memcpy(bytes.data(), kMagic, sizeof kMagic);
   put(bytes, 8, kByteOrder);
   put(bytes, 12, kVersion);
-  put<std::uint64_t>(bytes, 16, bytes.size() - kHeader);
-  put<std::uint64_t>(bytes, 24, checksum(std::span(bytes).subspan(kHeader)));
+  reseal_store(bytes);
   return std::move(file.out);
+}
+
+void reseal_store(std::span<std::byte> file) {
+  if (file.size() < kHeader) return;
+  put<std::uint64_t>(file, 16, file.size() - kHeader);
+  put<std::uint64_t>(file, 24, checksum(file.subspan(kHeader)));
 }
 
 NurbsStore load_store(std::span<const std::byte> bytes) {
