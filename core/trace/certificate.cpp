@@ -74,10 +74,10 @@ struct TangentBox {
   }
 };
 
-// Sine of a cone about the normal that holds U(x) x V(y) for all x, y of the extended leaf, where U = P_u - w_u e
-// and V = P_v - w_v e are the tangents of the line's distance function and e any point of the leaf; 2 when there
-// is none.
-double normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], const dvec3& axis_a) {
+// Cones about the normal that hold U(x) x V(y) for all x, y of the extended leaf, where U = P_u - w_u e and V =
+// P_v - w_v e are the tangents of the line's distance function and e any point of the leaf. Sets sine and tilts.
+void normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], const dvec3& axis_a,
+                 const dvec3& axis_b, LeafProof& proof) {
   const dvec3 axis[3] = {axis_a, glm::cross(net.normal, axis_a), net.normal};
   TangentBox box[2];
   for (int dir = 0; dir < 2; ++dir) {
@@ -92,17 +92,21 @@ double normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], c
     const double w = d[a][b].w / min_w;
     box[dir].widen(w * d[0][0].t, w * d[0][0].n);
   }
-  // U x V is bilinear: its extremes over two boxes are at their corners.
-  double worst = 0.0;
+  // U x V is bilinear: its extremes over two boxes are at their corners. In the frame's plane n x a is (0, 1).
+  const double bx = glm::dot(axis_b, axis[0]), by = glm::dot(axis_b, axis[1]);
+  double worst = 0.0, tilt_a = 0.0, tilt_b = 0.0;
   for (int k = 0; k < 64; ++k) {
     const auto corner = [](const TangentBox& b, int m) {
       return dvec3(m & 1 ? b.hi.x : b.lo.x, m & 2 ? b.hi.y : b.lo.y, m & 4 ? b.hi.z : b.lo.z);
     };
     const dvec3 n = glm::cross(corner(box[0], k & 7), corner(box[1], k >> 3));
-    if (!(n.z > 0.0)) return 2.0;
+    if (!(n.z > 0.0)) return;
     worst = std::max(worst, std::hypot(n.x, n.y) / n.z);
+    const double along_b = -n.x / by, along_a = n.y - along_b * bx;  // n x b is (-by, bx)
+    tilt_a = std::max(tilt_a, std::fabs(along_a) / n.z), tilt_b = std::max(tilt_b, std::fabs(along_b) / n.z);
   }
-  return worst / std::hypot(1.0, worst);
+  proof.sine = worst / std::hypot(1.0, worst) + 1e-6;
+  proof.tilt_a = tilt_a + 1e-6, proof.tilt_b = tilt_b + 1e-6;
 }
 
 // S, S_u, S_v at the middle of a net over the extended leaf, tangents per half width.
@@ -177,7 +181,7 @@ LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& d
   bound = {};
   bound.mid_u = 0.5 * (domain.u0 + domain.u1), bound.half_u = 0.5 * (domain.u1 - domain.u0);
   bound.mid_v = 0.5 * (domain.v0 + domain.v1), bound.half_v = 0.5 * (domain.v1 - domain.v0);
-  bound.unique = kInf;
+  bound.unique = bound.unique_a = bound.unique_b = kInf;
   restrict_net(points, du, dv, bound.mid_u - kExtend * bound.half_u, bound.mid_u + kExtend * bound.half_u,
                bound.mid_v - kExtend * bound.half_v, bound.mid_v + kExtend * bound.half_v);
   LocalNet net{du, dv, points, dvec3(0.0)};
@@ -198,8 +202,11 @@ LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& d
   Extent d[3][3];
   for (int i = 0; i <= 2; ++i)
     for (int j = 0; i + j <= 2; ++j) d[i][j] = net.derivative(i, j);
-  proof.sine = normal_cone(net, min_w, d, glm::normalize(a)) + 1e-6;
-  if (proof.sine < 1.0) bound.unique = glm::length(vec(bound.ab)) * proof.sine;
+  normal_cone(net, min_w, d, glm::normalize(a), glm::normalize(b), proof);
+  const double ab = glm::length(vec(bound.ab));
+  if (proof.sine < 1.0) bound.unique = ab * proof.sine;
+  bound.unique_a = proof.tilt_a * ab / glm::length(vec(bound.ak));
+  bound.unique_b = proof.tilt_b * ab / glm::length(vec(bound.bk));
 
   const Bends t = bend(d, min_w, [](const Extent& e) { return e.t; });
   const Bends m = bend(d, min_w, [](const Extent& e) { return e.n; });

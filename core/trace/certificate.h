@@ -7,7 +7,8 @@
 // polynomial F = P - w e. Two roots x, y give M (x - y) parallel to dir, where the columns of M are means of
 // F_u = P_u - w_u e and F_v over the segment between them. Their control points, widened by what e may be, span boxes
 // U and V; all products U x V lie in a cone about the normal n. A line with |n . dir| above the sine of the cone's
-// half angle has (M_u x M_v) . dir != 0, so x = y. Proven on the leaf extended by kExtend, so that a root beside
+// half angle has (M_u x M_v) . dir != 0, so x = y. The same with the cone over a parallelogram along n x a and n x b,
+// which serves leaves that bend in one direction only. Proven on the leaf extended by kExtend, so that a root beside
 // the leaf proves that there is none on it.
 #pragma once
 
@@ -24,6 +25,7 @@ struct LeafProof {
   LeafBound bound;
   Box3 box;                    // of the control hull, relative to Patch::origin; offset included
   double sine = 2.0;           // uniqueness holds where |n.d| exceeds it; above 1: never
+  double tilt_a = kInf, tilt_b = kInf;  // the parallelogram: largest parts along n x a, n x b over that along n
   double bend_u = 0.0, bend_v = 0.0;  // what halving the leaf in u or v would win; only their order matters
 };
 

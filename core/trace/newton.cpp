@@ -133,7 +133,8 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const LeafBound
     const Mask miss = (abs(num_u) > size + wide_b) | (abs(num_v) > size + wide_a) |
                       (abs(dot(g, k)) > wide_a + wide_b);
     const Mask active = mask_from_bits(wanted);
-    const Mask go = active & and_not(miss, size > Lanes(leaf.unique));
+    const Lanes tilt = mul_add(Lanes(leaf.unique_a), wide_a, Lanes(leaf.unique_b) * wide_b);  // may be NaN
+    const Mask go = active & and_not(miss, (size > Lanes(leaf.unique)) | (size > tilt));
     std::uint32_t none_bits = bits(active & miss), one_bits = 0;
     if (!none(go)) {
       const Lanes one(1.0);

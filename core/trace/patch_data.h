@@ -47,11 +47,13 @@ struct alignas(64) LeafBound {
   double center[3], a[3], b[3], k[3];
   double ab[3], ak[3], bk[3];           // a x b, a x k, b x k
   double mid_u, mid_v, half_u, half_v;  // in patch parameters
-  double unique;                        // |ab . dir| above this: at most one root on the leaf extended by kExtend
+  // At most one root on the leaf extended by kExtend where |ab . dir| is above `unique`, or above
+  // unique_a |ak . dir| + unique_b |bk . dir|.
+  double unique, unique_a, unique_b;
 };
 
 // The uniqueness proof covers the leaf widened by this factor about its middle.
-inline constexpr double kExtend = 1.125;
+inline constexpr double kExtend = 1.3;
 
 struct PatchPool {
   std::vector<Patch> patches;
