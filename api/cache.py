@@ -77,7 +77,9 @@ def write(name: str, entry: Entry) -> bool:
     """True when the file is in its place."""
     try:
         target = folder() / name[:2] / name
-        target.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        folder().parent.mkdir(parents=True, exist_ok=True)
+        for private in (folder(), target.parent):
+            private.mkdir(exist_ok=True, mode=0o700)
         text = json.dumps(entry.facts, separators=(",", ":")).encode()
         temporary = target.with_name(f".{name}.{os.urandom(6).hex()}")
         try:

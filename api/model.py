@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import os
@@ -126,7 +127,7 @@ def _from_cache(key: str, path: object) -> Model | None:
             return None
         store = _core.Store.load(entry.store)
         bounds = np.array(entry.facts["bounds"], np.float64).reshape(2, 3)
-        outline = np.array(entry.facts["outline"], np.float64).reshape(-1, 3)
+        outline = np.frombuffer(base64.b64decode(entry.facts["outline"]), "<f8").reshape(-1, 3)
     except (_core.CoreError, KeyError, TypeError, ValueError):
         return None
     seconds = {**entry.facts.get("seconds", {}), "cache": time.perf_counter() - start}
@@ -172,7 +173,7 @@ def _import(
         facts = {
             "references": _references(model._meta),
             "bounds": bounds.ravel().tolist(),
-            "outline": outline.ravel().tolist(),
+            "outline": base64.b64encode(outline.astype("<f8").tobytes()).decode(),
             "seconds": seconds,
         }
         if np.isfinite(bounds).all():

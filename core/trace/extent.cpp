@@ -28,7 +28,7 @@ using nurbs::Face;
 using nurbs::NurbsStore;
 using nurbs::SurfaceKind;
 
-constexpr int kDirections = 256;
+constexpr int kDirections = 1024;
 constexpr int kCurveSteps = 8;      // per Bezier piece of an edge
 constexpr int kMaxGridSteps = 40;   // per direction of a face
 
@@ -189,21 +189,15 @@ class Outline {
 
   bool empty() const { return samples_.empty(); }
 
-  // The farthest sample, not polished.
-  dvec3 far_sample(const dvec3& d) const {
-    double most = -kInf;
-    dvec3 best(0.0);
-    for (const Samples& s : samples_) {
-      if (reach(s.box, d) <= most) continue;
-      for (const dvec3& p : s.points) {
-        if (const double x = glm::dot(d, p); x > most) most = x, best = p;
-      }
-    }
-    return best;
+  // The farthest sample, moved uphill on its own face or edge: nearly farthest(), at a fraction of the cost.
+  dvec3 nearly_farthest(const dvec3& d) const {
+    const auto [s, i] = far_sample(d);
+    return s->face == kNoFace ? polish_piece(store_, *s, i, d) : polish_face(store_, trims_, *s, i, d);
   }
 
   dvec3 farthest(const dvec3& d) const {
-    dvec3 best = far_sample(d);
+    const auto [top, top_index] = far_sample(d);
+    dvec3 best = top->points[top_index];
     const double length = glm::length(d);
     for (const Samples& s : samples_) {
       const double slack = s.gap * length;
@@ -226,6 +220,18 @@ class Outline {
   }
 
  private:
+  std::pair<const Samples*, std::size_t> far_sample(const dvec3& d) const {
+    double most = -kInf;
+    std::pair<const Samples*, std::size_t> best{&samples_.front(), 0};
+    for (const Samples& s : samples_) {
+      if (reach(s.box, d) <= most) continue;
+      for (std::size_t i = 0; i < s.points.size(); ++i) {
+        if (const double x = glm::dot(d, s.points[i]); x > most) most = x, best = {&s, i};
+      }
+    }
+    return best;
+  }
+
   bool used(const nurbs::Edge& edge) const {
     for (std::int32_t i = edge.coedges.begin; i < edge.coedges.end; ++i) {
       const std::int32_t face = store_.coedges[store_.edge_coedges[i]].face;
@@ -283,7 +289,7 @@ Extent model_extent(const NurbsStore& store, int threads) {
     if (outline.empty()) continue;
     far[p].resize(all.size());
     parallel_ranges(all.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) far[p][i] = outline.far_sample(all[i]);
+      for (std::size_t i = begin; i < end; ++i) far[p][i] = outline.nearly_farthest(all[i]);
     });
   }
   // Many instances of an assembly are placed without turning: their six directions are asked for once.

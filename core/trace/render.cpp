@@ -11,7 +11,7 @@ namespace trimray::trace {
 namespace {
 
 constexpr int kTile = 32;                              // px along each side: 1024 neighbouring rays a packet
-constexpr float kNeutral[4] = {0.70f, 0.73f, 0.77f, 1.0f};  // light steel
+constexpr float kNeutral[4] = {0.79f, 0.81f, 0.84f, 1.0f};  // light steel
 
 constexpr double kOpaque = 1.0 - 1.0 / 512.0;  // what an 8-bit picture cannot tell from opaque
 

@@ -21,7 +21,7 @@ Color linear_color(const float srgb[4]) {
 }
 
 Lighting::Lighting(const dvec3& right, const dvec3& up_axis, const dvec3& forward)
-    : key(glm::normalize(-0.55 * right + 0.75 * up_axis - 0.60 * forward)),
+    : key(glm::normalize(-0.75 * right + 0.70 * up_axis - 0.55 * forward)),
       fill(glm::normalize(0.85 * right + 0.15 * up_axis - 0.45 * forward)),
       up(up_axis) {}
 
@@ -29,7 +29,7 @@ namespace {
 
 // Shares of the lights in the light that a white surface sends back; chosen on pictures of grey parts so that
 // the three visible sides of a box differ clearly and none of them reaches white.
-constexpr double kHeadlight = 0.34, kKey = 0.46, kFill = 0.12, kSurroundings = 0.10;
+constexpr double kHeadlight = 0.32, kKey = 0.66, kFill = 0.10, kSurroundings = 0.12;
 constexpr double kSpecular = 0.05, kShininess = 24.0;
 constexpr dvec3 kInnerTint{0.85, 0.18, 0.35};  // linear; a colour that no metal has
 
