@@ -1,5 +1,7 @@
 """OpenCascade's own files: .brep, as text or binary."""
 
+import re
+from pathlib import Path
 from typing import Any
 
 from OCP.BinTools import BinTools
@@ -16,6 +18,8 @@ from .shapes import scene_of_shape
 def read_brep(path: str, *, name: str, binary: bool, report: Report) -> tuple[Scene, str, float, dict[str, Any]]:
     """Like read_step; the file knows no unit, so lengths are taken as mm."""
     report.format = "brep"
+    if not binary and not _is_complete(Path(path).read_bytes()):
+        raise InputError(f"{name}: truncated: its shapes are not all there")
     shape = TopoDS_Shape()
     with report.stage("parse"):
         done = BinTools.Read_s(shape, path) if binary else BRepTools.Read_s(shape, path, BRep_Builder())
@@ -23,3 +27,9 @@ def read_brep(path: str, *, name: str, binary: bool, report: Report) -> tuple[Sc
         raise InputError(f"{name}: not a readable BREP file")
     with report.stage("extract"):
         return scene_of_shape(shape), "mm", 1.0, {}
+
+
+def _is_complete(data: bytes) -> bool:
+    """Whether a text file holds as many shapes as it announces; OpenCascade never ends on one that does not."""
+    match = re.search(rb"\nTShapes (\d+)\s", data)
+    return match is not None and data.count(b"*", match.end()) >= int(match[1])

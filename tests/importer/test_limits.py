@@ -1,0 +1,159 @@
+"""The child process: crashes, hangs and hoarding end as clear errors of the caller, and nothing stays behind."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import make
+import pytest
+
+from trimray.importer import Error, InputError, MemoryLimitError, TimeLimitError, read_model
+from trimray.importer.process import Request, run_child
+
+HERE = Path(__file__).parent
+
+
+def run(name, monkeypatch, *, time_limit=None, memory_limit=None, progress=None):
+    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    request = Request("unused", name, "/tmp", "default", None, memory_limit)
+    return run_child(request, time_limit=time_limit, progress=progress, module="misbehaving_child")
+
+
+def children():
+    """Processes whose parent is this one."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        try:
+            if entry.name.isdigit() and int((entry / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid():
+                found.append(int(entry.name))
+        except OSError:
+            continue
+    return found
+
+
+@pytest.fixture(autouse=True)
+def _no_child_left():
+    before = set(children())
+    yield
+    assert set(children()) <= before
+
+
+def test_hang_ends_at_the_time_limit(monkeypatch):
+    start = time.monotonic()
+    with pytest.raises(TimeLimitError, match=r"hang: not read within 1\.5 s \(stopped in stage 'transfer'\)") as caught:
+        run("hang", monkeypatch, time_limit=1.5)
+    assert time.monotonic() - start < 10
+    assert caught.value.exit_code == 5
+
+
+@pytest.mark.parametrize(("name", "signal"), [("segfault", "SIGSEGV"), ("abort", "SIGABRT")])
+def test_crash_is_one_line(monkeypatch, name, signal):
+    with pytest.raises(InputError, match=rf"^{name}: OpenCascade crashed on it \({signal} in stage 'transfer'\)$") as caught:
+        run(name, monkeypatch)
+    assert caught.value.exit_code == 3
+
+
+def test_hoarding_ends_at_the_memory_limit(monkeypatch):
+    with pytest.raises(MemoryLimitError, match="memory: cannot be read within 200 MiB") as caught:
+        run("memory", monkeypatch, memory_limit=200 << 20)
+    assert caught.value.exit_code == 5
+
+
+def test_kill_from_outside_counts_as_out_of_memory(monkeypatch):
+    with pytest.raises(MemoryLimitError, match="in this machine's memory"):
+        run("killed", monkeypatch)
+
+
+def test_silent_end_and_nonsense_are_errors(monkeypatch):
+    with pytest.raises(InputError, match="exit 7"):
+        run("exit", monkeypatch)
+    with pytest.raises(InputError, match="nonsense"):
+        run("nonsense", monkeypatch)
+
+
+def test_interrupt_passes_through_and_kills_the_child(monkeypatch):
+    def interrupt(stage, fraction):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run("hang", monkeypatch, progress=interrupt)
+
+
+def test_real_reader_obeys_a_small_memory_limit(tmp_path):
+    path = make.step_file(tmp_path / "box.step", make.box())
+    with pytest.raises(MemoryLimitError):
+        read_model(path, memory_limit=60 << 20)
+
+
+def test_real_reader_obeys_a_short_time_limit(tmp_path):
+    path = make.step_file(tmp_path / "box.step", make.box())
+    with pytest.raises(TimeLimitError):
+        read_model(path, time_limit=0.05)
+
+
+def test_child_dies_with_its_parent(tmp_path):
+    """The parent is killed while its child hangs; the child must go too."""
+    script = (
+        "import os, sys\n"
+        "from trimray.importer.process import Request, run_child\n"
+        "def progress(stage, fraction):\n"
+        "    pids = [e for e in os.listdir('/proc') if e.isdigit()]\n"
+        "    for pid in pids:\n"
+        "        try:\n"
+        "            if int(open(f'/proc/{pid}/stat').read().rpartition(')')[2].split()[1]) == os.getpid():\n"
+        "                print(pid, flush=True)\n"
+        "        except OSError: pass\n"
+        "run_child(Request('x', 'hang', '/tmp', 'default', None, None), time_limit=60, progress=progress,"
+        " module='mortal_child')\n"
+    )
+    mortal = tmp_path / "mortal_child.py"
+    mortal.write_text(
+        "import json\nfrom trimray.importer import child\nimport misbehaving_child\n"
+        "def main(argument):\n"
+        "    child._die_with(json.loads(argument)['parent'])\n"
+        "    misbehaving_child.main(argument)\n"
+    )
+    import trimray.importer as importer
+
+    root = Path(importer.__path__[0]).parent.parent
+    paths = [str(tmp_path), str(HERE), str(Path(sys.modules["trimray"].__path__[0]).parent), str(root)]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=env) as parent:
+        child = int(parent.stdout.readline())
+        parent.kill()
+    deadline = time.monotonic() + 5
+    while time.monotonic() < deadline:
+        try:
+            state = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0]
+        except OSError:
+            break
+        if state == "Z":
+            break
+        time.sleep(0.05)
+    else:
+        pytest.fail("the child outlived its parent")
+
+
+def test_nothing_is_printed_and_progress_is_told(tmp_path, capfd):
+    path = make.step_file(tmp_path / "box.step", make.box())
+    capfd.readouterr()
+    stages = []
+    model = read_model(path, progress=lambda stage, fraction: stages.append(stage))
+    assert capfd.readouterr() == ("", "")
+    assert stages[:3] == ["parse", "transfer", "extract"]
+    assert model.report["faces"] == 6
+    assert model.report["peak_memory"] > 50 << 20
+    model.validate()
+
+
+def test_reading_a_file_does_not_load_opencascade_here(tmp_path):
+    path = make.step_file(tmp_path / "box.step", make.box())
+    script = f"import sys; from trimray.importer import read_model; read_model({str(path)!r}); print('OCP' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_every_error_has_an_exit_code():
+    assert issubclass(TimeLimitError, Error) and TimeLimitError("x").exit_code == 5

@@ -1,0 +1,199 @@
+"""STEP: colours, names, instances, units, references, and what the report says."""
+
+import math
+from pathlib import Path
+
+import make
+import numpy as np
+import parse_brep
+import pytest
+from OCP.TopAbs import TopAbs_ShapeEnum
+
+from trimray.importer import EmptyError, InputError
+
+
+def test_box_arrives_with_six_faces_in_mm(read_here, tmp_path):
+    model = read_here(make.step_file(tmp_path / "box.step", make.box()))
+    assert model.report["faces_in_file"] == model.report["faces"] == 6
+    assert model.report["issues"] == []
+    assert (model.unit, model.unit_mm) == ("mm", 1.0)
+    assert parse_brep.bounds(parse_brep.prototype(model, 0)) == pytest.approx((0, 0, 0, 10, 20, 30), abs=1e-6)
+    assert {"parse", "transfer", "extract"} <= model.report["seconds"].keys()
+
+
+@pytest.mark.parametrize(("unit", "name", "size"), [("INCH", "inch", 25.4), ("M", "m", 1000.0), ("CM", "cm", 10.0)])
+def test_unit_is_named_and_geometry_stays_mm(read_here, tmp_path, unit, name, size):
+    model = read_here(make.step_file(tmp_path / "box.step", make.box(), unit=unit))
+    assert (model.unit, model.unit_mm) == (name, size)
+    assert parse_brep.bounds(parse_brep.prototype(model, 0)) == pytest.approx((0, 0, 0, 10, 20, 30), abs=1e-6)
+
+
+def test_shape_indices_are_positions_in_the_stream(read_here, tmp_path):
+    document = make.Document()
+    shape = make.box()
+    part = document.part(shape, "box")
+    colored = make.faces(shape)[4]
+    document.color(document.subshape(part, colored), make.rgba(1, 0, 0))
+    model = read_here(document.write(tmp_path / "box.step"))
+    shapes = parse_brep.shapes_of(model)
+    assert shapes.Shape(int(model.prototype_shapes[0])).ShapeType() == TopAbs_ShapeEnum.TopAbs_SOLID
+    (index,) = model.face_color_shapes
+    face = shapes.Shape(int(index))
+    assert face.ShapeType() == TopAbs_ShapeEnum.TopAbs_FACE
+    assert parse_brep.bounds(face) == pytest.approx(parse_brep.bounds(colored), abs=1e-6)
+
+
+def test_colors_come_back_as_the_file_says_them(read_here, tmp_path):
+    document = make.Document()
+    shape = make.box()
+    part = document.part(shape, "box")
+    document.color(part, make.rgba(0.5, 0.25, 0.75))
+    document.color(document.subshape(part, make.faces(shape)[0]), make.rgba(0.1, 0.2, 0.9))
+    path = document.write(tmp_path / "box.step")
+    assert "0.5" in path.read_text() and "COLOUR_RGB" in path.read_text()
+    model = read_here(path)
+    assert model.prototype_colors[0] == pytest.approx([0.5, 0.25, 0.75, 1.0], abs=2e-6)
+    assert len(model.face_colors) == 1
+    assert model.face_colors[0] == pytest.approx([0.1, 0.2, 0.9, 1.0], abs=2e-6)
+
+
+def test_transparency_is_kept(read_here, tmp_path):
+    document = make.Document()
+    document.color(document.part(make.box(), "glass"), make.rgba(0.2, 0.4, 0.6, 0.25))
+    model = read_here(document.write(tmp_path / "glass.step"))
+    assert model.prototype_colors[0] == pytest.approx([0.2, 0.4, 0.6, 0.25], abs=1e-5)
+
+
+def test_curve_color_colors_no_surface(read_here, tmp_path):
+    document = make.Document()
+    document.color(document.part(make.box(), "box"), make.rgba(0.2, 0.4, 0.6), make.kCurv)
+    model = read_here(document.write(tmp_path / "box.step"))
+    assert model.prototype_colors[0, 0] < 0
+    assert len(model.face_colors) == 0
+
+
+def test_nested_assembly_multiplies_placements_and_stores_a_part_once(read_here, tmp_path):
+    document = make.Document()
+    bolt = document.part(make.cylinder(), "bolt")
+    pair = document.assembly("pair")
+    document.component(pair, bolt, make.moved(100), "left")
+    document.component(pair, bolt, make.moved(0, 50), "right")
+    top = document.assembly("top")
+    document.component(top, pair, make.moved(0, 0, 7), "pair_1")
+    document.component(top, pair, make.moved(0, 0, 9, turn_z=math.pi / 2), "pair_2")
+    model = read_here(document.write(tmp_path / "top.step"))
+    assert model.prototype_names == ("bolt",)
+    assert len(model.instance_prototypes) == 4
+    assert model.report["faces"] == 3 and model.report["face_uses"] == 12
+    paths = {instance.path[1:]: model.instance_placements[i].reshape(3, 4) for i, instance in enumerate(model.instances)}
+    assert paths["pair_1", "left"] == pytest.approx(np.array([[1, 0, 0, 100], [0, 1, 0, 0], [0, 0, 1, 7]]), abs=1e-9)
+    # Turned by 90 degrees, +x becomes +y.
+    turned = np.array([[0, -1, 0, 0], [1, 0, 0, 100], [0, 0, 1, 9]])
+    assert paths["pair_2", "left"] == pytest.approx(turned, abs=1e-9)
+    assert paths["pair_2", "right"][:, 3] == pytest.approx([-50, 0, 9], abs=1e-9)
+    for instance in model.instances:  # the tree says the same as the placements
+        matrix, node = np.eye(4), instance.node
+        while node >= 0:
+            local = np.vstack([np.reshape(model.tree[node].placement, (3, 4)), [0, 0, 0, 1]])
+            matrix, node = local @ matrix, model.tree[node].parent
+        index = model.instances.index(instance)
+        assert matrix[:3] == pytest.approx(model.instance_placements[index].reshape(3, 4), abs=1e-9)
+
+
+def test_component_color_goes_to_its_instance_only(read_here, tmp_path):
+    document = make.Document()
+    part = document.part(make.box(), "box")
+    document.color(part, make.rgba(0.2, 0.2, 0.2))
+    top = document.assembly("top")
+    document.color(document.component(top, part, make.moved(1), "red"), make.rgba(1, 0, 0))
+    document.component(top, part, make.moved(2), "plain")
+    model = read_here(document.write(tmp_path / "top.step"))
+    colors = {instance.name: model.instance_colors[i] for i, instance in enumerate(model.instances)}
+    assert colors["red"] == pytest.approx([1, 0, 0, 1], abs=2e-6)
+    assert colors["plain"][0] < 0
+    assert model.prototype_colors[0] == pytest.approx([0.2, 0.2, 0.2, 1], abs=2e-6)
+
+
+def test_names_in_unicode_survive(read_here, tmp_path):
+    document = make.Document()
+    document.part(make.box(), "Schraube ø5 杯头")
+    model = read_here(document.write(tmp_path / "name.step"))
+    assert model.prototype_names == ("Schraube ø5 杯头",)
+
+
+def test_missing_external_file_is_named(read_here, real_model, tmp_path):
+    alone = tmp_path / "TAIL.stp"
+    alone.write_bytes(real_model("stepcode+stepcode/TAIL.stp").read_bytes())
+    (tmp_path / "TAIL_TURBINE.stp").write_bytes(real_model("stepcode+stepcode/TAIL_TURBINE.stp").read_bytes())
+    model = read_here(alone)
+    assert model.report["faces"] == 20
+    missing = [i["entity"] for i in model.report["issues"] if i["severity"] == "error"]
+    assert missing == ["TAIL_MIDDLE_PART.stp"]
+
+
+def test_external_files_arrive(read_here, real_model):
+    model = read_here(real_model("stepcode+stepcode/TAIL.stp"))
+    assert model.report["faces"] == model.report["faces_in_file"] == 40
+    assert model.report["face_uses"] == 60
+
+
+def test_lost_face_is_named_by_its_number(read_here, tmp_path):
+    """A face whose surface is no surface: OCCT drops it without a word."""
+    path = make.step_file(tmp_path / "box.step", make.box())
+    text = path.read_text()
+    lines = text.split(";")
+    face = next(line for line in lines if "ADVANCED_FACE" in line)
+    number = face.split("=")[0].strip()
+    surface = face.split("),")[-1].split(",")[0].strip()
+    broken = text.replace(f"{surface} = PLANE(", f"{surface} = CIRCLE(")
+    assert broken != text
+    path.write_text(broken)
+    model = read_here(path)
+    assert model.report["faces"] == 5
+    lost = [i for i in model.report["issues"] if i["severity"] == "error"]
+    assert number in [i["entity"] for i in lost]
+    assert all(i["reason"] for i in lost)
+
+
+def test_unused_surface_is_explained(read_here, real_model):
+    with pytest.raises(EmptyError, match=r"#200 B_SPLINE_SURFACE.*16 control points but 12 weights"):
+        read_here(real_model("dodgy-step-files/Gn002.stp"))
+    with pytest.raises(EmptyError, match=r"#100 .*control point #21 is not a finite number"):
+        read_here(real_model("dodgy-step-files/Gn010.stp"))
+
+
+def test_tessellated_faces_are_reported(read_here, real_model):
+    name = "yuechen-li-dev+Aetheris/nist_ftc_08_asme1_ap242-e1-tg.stp"
+    report = read_here(real_model(name)).report
+    told = [i for i in report["issues"] if i["reason"] == "tessellated face: no exact surface"]
+    assert len(told) == report["faces"] == 273
+    assert all(i["entity"].startswith("#") and i["severity"] == "error" for i in told)
+
+
+@pytest.mark.parametrize("heal", ["off", "strict"])
+def test_healing_policies_keep_all_faces(read_here, real_model, heal):
+    model = read_here(real_model("stepcode+stepcode/as1-oc-214.stp"), heal=heal)
+    assert model.report["faces"] == 53 and model.report["face_uses"] == 160
+
+
+def test_strict_reports_what_default_notes(read_here, real_model):
+    path = real_model("dodgy-step-files/Tfa005.stp")
+    default, strict = read_here(path).report["issues"], read_here(path, heal="strict").report["issues"]
+    assert not [i for i in default if i["severity"] == "error"]
+    assert [i for i in strict if i["severity"] == "error" and i["reason"].startswith("Missing seam-edge added")]
+
+
+@pytest.mark.parametrize("keep", [0.3, 0.6, 0.95])
+def test_truncated_file_is_an_error(read_here, tmp_path, keep):
+    path = make.step_file(tmp_path / "box.step", make.box())
+    data = path.read_bytes()
+    path.write_bytes(data[: int(len(data) * keep)])
+    with pytest.raises(InputError, match="truncated"):
+        read_here(path)
+
+
+def test_schema_and_origin_are_facts_of_the_source(read_here, tmp_path):
+    model = read_here(make.step_file(tmp_path / "box.step", make.box()))
+    assert model.source["schema"].startswith("AUTOMOTIVE_DESIGN")
+    assert "Open CASCADE" in model.source["preprocessor"] + model.source["originating_system"]
+    assert Path(model.source["name"]).name == "box.step"
