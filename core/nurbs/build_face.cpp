@@ -209,9 +209,9 @@ class FaceBuilder {
   dvec3 surface_at(dvec2 uv) {
     if (!source_.transformed && has_closed_form(source_.form.surface.kind)) {
       wide_.surface = source_.form.surface;
-      return evaluate(view(wide_), uv).p;
+      return evaluate_point(view(wide_), uv);
     }
-    return ensure_wide() ? evaluate(view(wide_), uv).p : dvec3(kNaN);
+    return ensure_wide() ? evaluate_point(view(wide_), uv) : dvec3(kNaN);
   }
 
   const brep::Model& model_;
@@ -230,7 +230,7 @@ class FaceBuilder {
 double link_distance(const SurfaceView& s, dvec2 from, dvec2 to, dvec3 anchor) {
   if (from == to) return 0.0;
   double worst = 0.0;
-  for (const double x : {0.5, 1.0}) worst = std::max(worst, glm::distance(anchor, evaluate(s, from + x * (to - from)).p));
+  for (const double x : {0.5, 1.0}) worst = std::max(worst, glm::distance(anchor, evaluate_point(s, from + x * (to - from))));
   return worst;
 }
 
@@ -276,7 +276,7 @@ Pieces3 path_from_face(const FaceWork& face, const CoEdgeWork& coedge, double to
     const dvec3* ctrl = &coedge.pieces.ctrl[p.ctrl.begin];
     const int degree = p.ctrl.size() - 1;
     const Pieces3 fit = fit_cubics<3>(
-        [&](double x) { return evaluate(s, project(bezier_point(ctrl, degree, x))).p; }, 0.0, 1.0, tolerance);
+        [&](double x) { return evaluate_point(s, project(bezier_point(ctrl, degree, x))); }, 0.0, 1.0, tolerance);
     for (const CurvePiece& q : fit.list) {
       const std::int32_t offset = static_cast<std::int32_t>(r.ctrl.size());
       r.list.push_back({{offset, offset + q.ctrl.size()}, p.t0 + q.t0 * (p.t1 - p.t0), p.t0 + q.t1 * (p.t1 - p.t0)});
@@ -305,7 +305,7 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
             for (const CurvePiece& p : c.pieces.list)
               for (int k = 0; k <= 8; ++k)
                 worst = std::max(worst, glm::distance(prototype.walk.vertices[v].point,
-                                                      evaluate(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], p.ctrl.size() - 1, k / 8.0))).p));
+                                                      evaluate_point(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], p.ctrl.size() - 1, k / 8.0)))));
         }
       } else {
         for (const CurvePiece& p : c.pieces.list) {
@@ -318,7 +318,7 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
           const int samples = straight ? 1 : std::min(std::max(16 + 4 * std::max(0, degree - 3), share), 1024);
           for (int k = 0; k <= samples; ++k) {
             const double x = double(k) / samples;
-            const dvec3 on = evaluate(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, x))).p;
+            const dvec3 on = evaluate_point(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, x)));
             worst = std::max(worst, path_distance(path, on, p.t0 + x * (p.t1 - p.t0), std::max(worst, tiny)));
           }
         }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/box.h"
+
 namespace trimray::nurbs {
 namespace {
 
@@ -17,8 +19,9 @@ std::size_t piece_at(const Pieces3& path, double t) {
   return lo;
 }
 
-// Closest point of one piece by Gauss-Newton from x in [0, 1]; returns the squared distance, moves x.
-double closest_on_piece(const dvec4* ctrl, int degree, dvec3 point, double& x) {
+// Closest point of one piece by Gauss-Newton from x in [0, 1]; returns the squared distance, moves x. Stops early below
+// enough (squared), and where a step gains less than a hundredth.
+double closest_on_piece(const dvec4* ctrl, int degree, dvec3 point, double enough, double& x) {
   double best = kInf;
   for (int step = 0; step < 8; ++step) {
     // Value and derivative from the last two points of de Casteljau.
@@ -30,8 +33,9 @@ double closest_on_piece(const dvec4* ctrl, int degree, dvec3 point, double& x) {
     const dvec3 p = dvec3(h) / h.w, dp = (dvec3(dh) - dh.w * p) / h.w;
     const dvec3 to = point - p;
     const double square = glm::dot(to, to);
-    if (!(square < best * (1.0 - 1e-9))) return std::min(best, square);
+    if (!(square < best * 0.98)) return std::min(best, square);
     best = square;
+    if (best <= enough) return best;
     const double speed = glm::dot(dp, dp);
     if (!(speed > 0.0)) break;
     const double next = std::clamp(x + glm::dot(to, dp) / speed, 0.0, 1.0);
@@ -169,20 +173,28 @@ std::optional<Pieces2> project_on_surface(const Pieces3& path, const SurfaceView
 }
 
 double path_distance(const Pieces3& path, dvec3 point, double t, double good_enough) {
+  const double enough = good_enough * good_enough;
   double best = kInf;
   const auto attempt = [&](std::size_t k, double x) {
     const CurvePiece& p = path.list[k];
-    best = std::min(best, closest_on_piece(&path.ctrl[p.ctrl.begin], p.ctrl.size() - 1, point, x));
+    best = std::min(best, closest_on_piece(&path.ctrl[p.ctrl.begin], p.ctrl.size() - 1, point, enough, x));
     return x;
   };
   const std::size_t k = piece_at(path, t);
   const CurvePiece& p = path.list[k];
   const double x = attempt(k, std::clamp((t - p.t0) / (p.t1 - p.t0), 0.0, 1.0));
+  if (best <= enough) return std::sqrt(best);
   if (x <= 0.0 && k > 0) attempt(k - 1, 1.0);
   if (x >= 1.0 && k + 1 < path.list.size()) attempt(k + 1, 0.0);
-  if (best <= good_enough * good_enough) return std::sqrt(best);
-  for (std::size_t i = 0; i < path.list.size(); ++i)
+  if (best <= enough) return std::sqrt(best);
+  for (std::size_t i = 0; i < path.list.size(); ++i) {
+    // A piece whose control hull is farther than the best so far cannot help.
+    Box3 hull;
+    for (std::int32_t c = path.list[i].ctrl.begin; c < path.list[i].ctrl.end; ++c) hull.add(project(path.ctrl[c]));
+    const dvec3 off = glm::max(glm::max(hull.lower - point, point - hull.upper), dvec3(0.0));
+    if (glm::dot(off, off) >= best) continue;
     for (const double start : {0.1, 0.5, 0.9}) attempt(i, start);
+  }
   return std::sqrt(best);
 }
 

@@ -18,7 +18,8 @@ dvec2 closest_uv(const SurfaceView& surface, dvec3 point, dvec2 guess);
 // than reach (mm).
 std::optional<Pieces2> project_on_surface(const Pieces3& path, const SurfaceView& surface, double reach);
 
-// Distance of a point to a path: locally from a parameter, and over all pieces when that is above good_enough.
+// Distance of a point to a path, to about a hundredth: locally from a parameter, and over all pieces when that is
+// above good_enough. A result below good_enough may be too large.
 double path_distance(const Pieces3& path, dvec3 point, double t, double good_enough);
 
 // A point of the path at t of [t0, t1], linear within each piece (for rational pieces only roughly the edge's

@@ -47,6 +47,7 @@ Jet nurbs_jet(const SurfaceView& view, dvec2 uv, int derivatives) {
   const double w = h[0][0].w;
   Jet r{};
   r.p = xyz(h[0][0]) / w;
+  if (derivatives == 0) return r;
   const dvec3 su = (xyz(h[1][0]) - h[1][0].w * r.p) / w, sv = (xyz(h[0][1]) - h[0][1].w * r.p) / w;
   r.du = su * u.at.ds, r.dv = sv * v.at.ds;
   if (derivatives > 1) {
@@ -122,6 +123,12 @@ SurfacePoint evaluate(const SurfaceView& view, dvec2 uv_face) {
 SurfacePoint evaluate_nurbs(const SurfaceView& view, dvec2 uv_face) {
   const Jet j = nurbs_jet(view, uv_face, 1);
   return {j.p, j.du, j.dv};
+}
+
+dvec3 evaluate_point(const SurfaceView& view, dvec2 uv_face) {
+  if (has_closed_form(view.surface->kind)) return closed_form(*view.surface, uv_face).p;
+  if (view.surface->kind == SurfaceKind::kOffset) return offset_point(view, uv_face).p;
+  return nurbs_jet(view, uv_face, 0).p;
 }
 
 SurfacePoint evaluate(const NurbsStore& store, const Surface& surface, dvec2 uv_face) {

@@ -27,6 +27,8 @@ SurfaceView view(const NurbsStore& store, const Surface& surface);
 
 SurfacePoint evaluate(const SurfaceView& view, dvec2 uv_face);
 SurfacePoint evaluate_nurbs(const SurfaceView& view, dvec2 uv_face);
+// The point alone, for those who ask often.
+dvec3 evaluate_point(const SurfaceView& view, dvec2 uv_face);
 
 // Copies the arrays to the store's ends and returns the new surface's index.
 std::int32_t append_surface(NurbsStore& store, const SurfaceForm& form);
