@@ -297,6 +297,8 @@ bool surface_over(const brep::Model& model, const SurfaceSource& source, const B
   const SurfaceKind kind = out.surface.kind;
   if (has_closed_form(source.basis_kind)) {
     const bool sphere = source.basis_kind == SurfaceKind::kSphere;
+    // A latitude of more than half a turn is damage; as an angle it would ask for a span every quarter turn.
+    if (sphere && (box.lower.y < -kPi || box.upper.y > kPi)) return false;
     widen(box.lower.x, box.upper.x, -kInf, kInf, out.surface.period_u);
     widen(box.lower.y, box.upper.y, sphere ? -kPi / 2 : -kInf, sphere ? kPi / 2 : kInf, out.surface.period_v);
     out.surface.kind = source.basis_kind;
