@@ -15,7 +15,9 @@ _CHUNK = 1 << 20
 _WRAPPERS = {".gz": "", ".zip": "", ".stpz": ".stp", ".ifczip": "", ".z": ""}
 
 
-def unpack(path: Path, kind: Format, folder: Path, *, name: str, memory_limit: int | None) -> tuple[Path, str]:
+def unpack(
+    path: Path, kind: Format, folder: Path, *, name: str, memory_limit: int | None
+) -> tuple[Path, str]:
     """Unpacks a gzip or zip file into ``folder``.
 
     Returns the path of the model and its name within the archive. All STEP, IGES and BREP members of a zip

@@ -1,4 +1,4 @@
-"""The process that reads one file: alone with OpenCascade, so that a crash, a hang or a full memory ends it only.
+"""The process that reads one file, alone with OpenCascade: a crash, a hang or a full memory ends only it.
 
 Started by process.py as ``child.main(arguments)``; answers on a pipe (wire.py). Nothing it or OpenCascade
 prints reaches the caller's stdout or stderr.
@@ -29,7 +29,11 @@ def main(argument: str) -> None:
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             _read(request, pipe)
         except errors.Error as error:
-            message = {"error": type(error).__name__, "message": str(error), "detail": error.detail}
+            message: dict[str, Any] = {
+                "error": type(error).__name__,
+                "message": str(error),
+                "detail": error.detail,
+            }
             if isinstance(error, errors.EmptyError):
                 message["report"] = error.report
             wire.send(pipe, message)
@@ -62,7 +66,11 @@ def _foreign(name: str, error: BaseException) -> dict[str, Any]:
         return {"error": "MemoryLimitError", "message": f"{name}: out of memory", "detail": ""}
     detail = traceback.format_exc()
     reason = " ".join(str(error).split())[:200]
-    return {"error": "InputError", "message": f"{name}: the reader failed: {kind}: {reason}", "detail": detail}
+    return {
+        "error": "InputError",
+        "message": f"{name}: the reader failed: {kind}: {reason}",
+        "detail": detail,
+    }
 
 
 def _die_with(parent: int) -> None:

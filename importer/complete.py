@@ -1,10 +1,10 @@
-"""What healing would have done and the tracer cannot do without: p-curves and 3D curves; and the strict checks."""
+"""What healing would have done and the tracer needs: p-curves and 3D curves; and the strict checks."""
 
 from OCP.BRep import BRep_Tool
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepLib import BRepLib
-from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_SurfaceType
+from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.Precision import Precision
 from OCP.ShapeFix import ShapeFix_Edge
 from OCP.TopAbs import TopAbs_ShapeEnum
@@ -18,7 +18,7 @@ from .scene import Scene
 
 
 def add_missing_curves(scene: Scene, report: Report) -> None:
-    """Adds 3D curves and, on faces that are not planes, p-curves where a file has none; names what stays without."""
+    """Adds the 3D curves and, on faces that are no planes, the p-curves that a file lacks; names what stays."""
     for part in scene.parts:
         BRepLib.BuildCurves3d_s(part.shape)
         for number, shape in enumerate(faces_of(part.shape), start=1):
@@ -28,7 +28,9 @@ def add_missing_curves(scene: Scene, report: Report) -> None:
                 continue
             missing = _add_pcurves(face)
             if missing:
-                report.add(f"face {number}", "FACE", f"{part.name}: {missing} edges have no curve on the surface")
+                report.add(
+                    f"face {number}", "FACE", f"{part.name}: {missing} edges have no curve on the surface"
+                )
 
 
 def _add_pcurves(face: TopoDS_Face) -> int:
@@ -59,7 +61,11 @@ def check_faces(scene: Scene, report: Report, precision: float | None) -> None:
                 report.add(label, "FACE", f"{part.name}: invalid (BRepCheck)")
             worst = _worst_tolerance(face)
             if worst > bound:
-                report.add(label, "FACE", f"{part.name}: its edges fit within {worst:.3g} mm only, beyond {bound:g} mm")
+                report.add(
+                    label,
+                    "FACE",
+                    f"{part.name}: its edges fit within {worst:.3g} mm only, beyond {bound:g} mm",
+                )
 
 
 def _worst_tolerance(face: TopoDS_Shape) -> float:

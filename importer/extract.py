@@ -14,7 +14,9 @@ from .report import Report
 from .scene import Color, Scene, matrix
 
 
-def build_model(scene: Scene, report: Report, *, unit: str, unit_mm: float, source: dict[str, Any]) -> BrepModel:
+def build_model(
+    scene: Scene, report: Report, *, unit: str, unit_mm: float, source: dict[str, Any]
+) -> BrepModel:
     """Writes every part once. Sets the face counts of ``report`` and puts it into the model."""
     with report.stage("extract"):
         shape_set = BinTools_ShapeSet()
@@ -40,7 +42,9 @@ def build_model(scene: Scene, report: Report, *, unit: str, unit_mm: float, sour
         face_color_shapes=np.array(sorted(face_colors), dtype=np.int32),
         face_colors=_encode([face_colors[shape] for shape in sorted(face_colors)]),
         instance_prototypes=np.array([scene.nodes[p.node].part for p in scene.placed], dtype=np.int32),
-        instance_placements=np.array([matrix(p.placement) for p in scene.placed], dtype=np.float64).reshape(-1, 12),
+        instance_placements=np.array([matrix(p.placement) for p in scene.placed], dtype=np.float64).reshape(
+            -1, 12
+        ),
         instance_colors=_encode([p.color for p in scene.placed]),
         prototype_names=tuple(part.name for part in scene.parts),
         face_names=face_names,
@@ -73,7 +77,9 @@ def _count_faces(scene: Scene, report: Report) -> None:
 
 def _encode(colors: list[Color | None] | list[Color]) -> Float32s:
     """(n, 4) float32, sRGB-encoded, from linear colours; kNoColor for None."""
-    array = np.array([kNoColor if color is None else color for color in colors], dtype=np.float64).reshape(-1, 4)
+    array = np.array([kNoColor if color is None else color for color in colors], dtype=np.float64).reshape(
+        -1, 4
+    )
     given = array[:, 0] >= 0.0
     linear = np.clip(array[given, :3], 0.0, 1.0)
     array[given, :3] = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

@@ -8,7 +8,8 @@ Format = Literal["step", "iges", "brep", "binbrep", "gzip", "zip", "unknown"]
 kSniffBytes = 4096
 
 _EXTENSIONS: dict[str, Format] = {
-    ".step": "step", ".stp": "step", ".p21": "step", ".iges": "iges", ".igs": "iges", ".brep": "brep", ".brp": "brep",
+    ".step": "step", ".stp": "step", ".p21": "step", ".iges": "iges", ".igs": "iges",
+    ".brep": "brep", ".brp": "brep",
 }  # fmt: skip
 _STEP = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|/\*.*?\*/)*ISO-10303-21\s*;", re.DOTALL)
 _SECTION = re.compile(rb"[SCBGDPT] *\d+ *\Z")
@@ -47,5 +48,3 @@ def _is_iges(head: bytes) -> bool:
         if line.strip():
             return len(line) >= 74 and line[72:73] in b"SCBG" and bool(_SECTION.match(line[72:80].rstrip()))
     return False
-
-

@@ -39,7 +39,9 @@ class IgesAudit:
         self._not_understood(entities, arrived)
 
     def _used_by_curve(self, entities: list[Entity], surface: Entity) -> bool:
-        return surface.subordinate and any(e.type == 142 and _pointer(e, 1) == surface.number for e in entities)
+        return surface.subordinate and any(
+            e.type == 142 and _pointer(e, 1) == surface.number for e in entities
+        )
 
     def _checks(self) -> None:
         check = self.model.GlobalCheck()
@@ -49,7 +51,8 @@ class IgesAudit:
         if process is None:
             return
         for number, fails, warnings in checks(process.CheckList(False)):
-            for messages, severity in ((fails, "warning"), (warnings, self.changed)):
+            found: list[tuple[list[str], Severity]] = [(fails, "warning"), (warnings, self.changed)]
+            for messages, severity in found:
                 if messages:
                     reason = "; ".join(dict.fromkeys(messages[:3]))
                     self.report.add(f"D{2 * number - 1}", self._kind(number), reason, severity)
@@ -90,7 +93,11 @@ class IgesAudit:
                 self.report.add(f"D{entity.number}", "entity 108", "plane without a border: no face", "note")
 
     def _kind(self, number: int) -> str:
-        return f"entity {self.model.Entity(number).TypeNumber()}" if 0 < number <= self.model.NbEntities() else "file"
+        return (
+            f"entity {self.model.Entity(number).TypeNumber()}"
+            if 0 < number <= self.model.NbEntities()
+            else "file"
+        )
 
 
 def _pointer(entity: Entity, index: int) -> int:

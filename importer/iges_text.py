@@ -13,8 +13,10 @@ kFaceTypes = (143, 144, 510)
 # Surfaces that become faces when nothing trims them.
 kSurfaceTypes = (108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198)
 kSolidTypes = {
-    150: "block", 152: "right angular wedge", 154: "right circular cylinder", 156: "right circular cone frustum",
-    158: "sphere", 160: "torus", 162: "solid of revolution", 164: "solid of linear extrusion", 168: "ellipsoid",
+    150: "block", 152: "right angular wedge", 154: "right circular cylinder",
+    156: "right circular cone frustum",
+    158: "sphere", 160: "torus", 162: "solid of revolution", 164: "solid of linear extrusion",
+    168: "ellipsoid",
     180: "Boolean tree", 182: "selected component", 184: "solid assembly", 430: "solid instance",
 }  # fmt: skip
 
@@ -36,7 +38,9 @@ class IgesText:
 
     start: list[bytes] = field(default_factory=list)
     global_: list[bytes] = field(default_factory=list)
-    directory: list[tuple[bytes, bytes]] = field(default_factory=list)  # the two lines of an entry, 72 columns
+    directory: list[tuple[bytes, bytes]] = field(
+        default_factory=list
+    )  # the two lines of an entry, 72 columns
     records: list[bytes] = field(default_factory=list)  # parameter data by entry, delimiters included
     problems: list[str] = field(default_factory=list)  # bookkeeping that OpenCascade would stumble over
     truncated: str | None = None
@@ -106,7 +110,9 @@ def _split_records(text: IgesText, lines: list[bytes]) -> None:
             records.append(current)
             current = b""
     if current.strip() or len(records) < len(text.directory):
-        text.truncated = text.truncated or f"{len(text.directory)} directory entries, {len(records)} complete records"
+        text.truncated = (
+            text.truncated or f"{len(text.directory)} directory entries, {len(records)} complete records"
+        )
     text.records = records[: len(text.directory)]
     text.problems.append("directory and parameter section do not point at each other")
 
@@ -115,7 +121,9 @@ def _check_global(text: IgesText) -> None:
     """A global section without its 24 fields is replaced when the file is rewritten."""
     fields = b"".join(text.global_).count(b",")
     if fields < 12:
-        text.problems.append("the Global section has almost no fields: standard delimiters and millimetres are taken")
+        text.problems.append(
+            "the Global section has almost no fields: standard delimiters and millimetres are taken"
+        )
         text.global_ = []
 
 
@@ -135,7 +143,9 @@ def rewrite(text: IgesText) -> bytes:
     _emit(out, b"D", directory)
     _emit(out, b"P", parameters)
     sizes = (len(text.start) or 1, len(global_), len(directory), len(parameters))
-    terminate = b"".join(b"%s%7d" % (letter, size) for letter, size in zip((b"S", b"G", b"D", b"P"), sizes, strict=True))
+    terminate = b"".join(
+        b"%s%7d" % (letter, size) for letter, size in zip((b"S", b"G", b"D", b"P"), sizes, strict=True)
+    )
     _emit(out, b"T", [terminate.ljust(72)])
     return b"\n".join(out) + b"\n"
 

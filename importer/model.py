@@ -110,7 +110,11 @@ class BrepModel:
         if len(self.prototype_names) != prototypes or len(self.instances) != instances:
             raise ValueError("names: one per prototype and instance")
         for index, node in enumerate(self.tree):
-            if not -1 <= node.parent < index or not -1 <= node.prototype < prototypes or len(node.placement) != 12:
+            if (
+                not -1 <= node.parent < index
+                or not -1 <= node.prototype < prototypes
+                or len(node.placement) != 12
+            ):
                 raise ValueError(f"tree[{index}]: out of range")
         if any(not 0 <= instance.node < len(self.tree) for instance in self.instances):
             raise ValueError("instances: node out of range")

@@ -1,4 +1,4 @@
-"""The caller's side of the child process: start it, watch its time and memory, turn its end into a model or an Error."""
+"""The caller's side of the child process: start it, watch it, turn its end into a model or an Error."""
 
 import json
 import os
@@ -87,7 +87,9 @@ def run_child(
 
 
 class _Watch:
-    def __init__(self, child: subprocess.Popen[bytes], pipe: int, request: Request, limit: float | None) -> None:
+    def __init__(
+        self, child: subprocess.Popen[bytes], pipe: int, request: Request, limit: float | None
+    ) -> None:
         self.child, self.pipe, self.request = child, pipe, request
         self.time_limit = limit
         self.start = time.monotonic()
@@ -123,7 +125,8 @@ class _Watch:
     def _check_limits(self) -> None:
         if self.time_limit is not None and time.monotonic() - self.start >= self.time_limit:
             raise errors.TimeLimitError(
-                f"{self.request.name}: not read within {self.time_limit:g} s (stopped in stage '{self.stage}')"
+                f"{self.request.name}: not read within {self.time_limit:g} s "
+                f"(stopped in stage '{self.stage}')"
             )
         limit = self.request.memory_limit
         if limit is None:
@@ -164,10 +167,14 @@ class _Watch:
         if code < 0:
             text = f"{name}: OpenCascade crashed on it ({signal.Signals(-code).name} in stage '{self.stage}')"
             return errors.InputError(text)
-        return errors.InputError(f"{name}: the reading process ended early (exit {code}, stage '{self.stage}')")
+        return errors.InputError(
+            f"{name}: the reading process ended early (exit {code}, stage '{self.stage}')"
+        )
 
     def _model(self, header: dict[str, Any], blobs: list[bytes]) -> BrepModel:
         try:
             return wire.model_of(header, blobs)
         except (ValueError, KeyError, TypeError) as error:
-            raise errors.InputError(f"{self.request.name}: the reading process answered nonsense: {error}") from None
+            raise errors.InputError(
+                f"{self.request.name}: the reading process answered nonsense: {error}"
+            ) from None

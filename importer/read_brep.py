@@ -15,7 +15,9 @@ from .scene import Scene
 from .shapes import scene_of_shape
 
 
-def read_brep(path: str, *, name: str, binary: bool, report: Report) -> tuple[Scene, str, float, dict[str, Any]]:
+def read_brep(
+    path: str, *, name: str, binary: bool, report: Report
+) -> tuple[Scene, str, float, dict[str, Any]]:
     """Like read_step; the file knows no unit, so lengths are taken as mm."""
     report.format = "brep"
     if not binary and not _is_complete(Path(path).read_bytes()):
@@ -30,6 +32,6 @@ def read_brep(path: str, *, name: str, binary: bool, report: Report) -> tuple[Sc
 
 
 def _is_complete(data: bytes) -> bool:
-    """Whether a text file holds as many shapes as it announces; OpenCascade never ends on one that does not."""
+    """Whether a text file holds the shapes it announces; OpenCascade does not return from one that does not."""
     match = re.search(rb"\nTShapes (\d+)\s", data)
     return match is not None and data.count(b"*", match.end()) >= int(match[1])

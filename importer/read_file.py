@@ -34,12 +34,16 @@ def read_file(
     kind, inner = _kind(path, name), name
     if kind in ("gzip", "zip"):
         with report.stage("unpack"):
-            unpacked, inner = archive.unpack(Path(path), kind, Path(folder), name=name, memory_limit=memory_limit)
+            unpacked, inner = archive.unpack(
+                Path(path), kind, Path(folder), name=name, memory_limit=memory_limit
+            )
         path = str(unpacked)
         source["archive"], source["member"] = kind, inner
         kind = _kind(path, inner)
     if kind == "step":
-        scene, unit, unit_mm, facts = read_step(path, name=name, heal=heal, precision=precision, report=report)
+        scene, unit, unit_mm, facts = read_step(
+            path, name=name, heal=heal, precision=precision, report=report
+        )
     elif kind == "iges":
         scene, unit, unit_mm, facts = read_iges(
             path, name=name, heal=heal, precision=precision, folder=folder, report=report

@@ -1,4 +1,4 @@
-"""IGES files: trimmed and loose surfaces, and B-rep solids. Faces are sewn, since IGES keeps their edges apart."""
+"""IGES files: trimmed and loose surfaces, and B-rep solids. IGES keeps edges apart, so faces are sewn."""
 
 from pathlib import Path
 from typing import Any

@@ -30,7 +30,7 @@ def read_model(
         this process, so that the other arguments do not apply.
     heal: "default" is what OpenCascade's readers do; "off" leaves the file's geometry alone; "strict" is
         "default", but every face that was changed beyond tolerance or is invalid is an error in the report.
-    precision: mm; below it points are taken as equal, and IGES faces are sewn within it. Default: the file's own.
+    precision: mm; nearer points are taken as equal, and IGES faces are sewn within it. Default: the file's.
     time_limit: seconds of wall clock, process start included. memory_limit: bytes of resident memory of the
         reading process, which needs about 300 MiB before it has read anything. There is no limit by default.
     progress: called with a stage ("parse", "transfer", "sew", "extract") and a fraction or None.
@@ -50,7 +50,11 @@ def _check_arguments(
 ) -> None:
     if heal not in ("default", "off", "strict"):
         raise errors.UsageError(f"heal: '{heal}' is not one of default, off, strict")
-    for argument, value in (("precision", precision), ("time_limit", time_limit), ("memory_limit", memory_limit)):
+    for argument, value in (
+        ("precision", precision),
+        ("time_limit", time_limit),
+        ("memory_limit", memory_limit),
+    ):
         if value is not None and not 0 < value < float("inf"):
             raise errors.UsageError(f"{argument}: {value} is not a positive number")
 

@@ -1,12 +1,11 @@
 """Sewing: faces that touch within tolerance come to share their edges. No face may be lost by it."""
 
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
 from OCP.BRepLib import BRepLib
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS, TopoDS_Shape, TopoDS_Solid
-from OCP.BRep import BRep_Builder
 from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from .occt import faces_of
@@ -15,7 +14,7 @@ from .scene import Part
 
 
 def sew_part(part: Part, tolerance: float, report: Report) -> None:
-    """Sews the faces of a part in place, with their colours and names; leaves it alone when a face would be lost.
+    """Sews the faces of a part in place, colours and names kept; leaves it alone when a face would be lost.
 
     tolerance: mm. Parts whose edges are already shared are left alone.
     """

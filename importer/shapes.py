@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 def is_shape(source: Any) -> bool:
     """Whether from_shape takes this object."""
-    return "OCP" in sys.modules and (_wrapped(source) is not None or _is_assembly(source) or _is_workplane(source))
+    return "OCP" in sys.modules and (
+        _wrapped(source) is not None or _is_assembly(source) or _is_workplane(source)
+    )
 
 
 def from_shape(source: Any, *, name: str | None = None) -> BrepModel:
@@ -33,12 +35,16 @@ def from_shape(source: Any, *, name: str | None = None) -> BrepModel:
     from .scene import Scene
 
     report = Report(format="shape")
-    shown = name or str(getattr(source, "name", None) or getattr(source, "label", None) or type(source).__name__)
+    shown = name or str(
+        getattr(source, "name", None) or getattr(source, "label", None) or type(source).__name__
+    )
     with report.stage("extract"):
         if _is_assembly(source):
             scene = _AssemblyWalk().walk(source)
         elif _is_workplane(source):
-            scene = scene_of_shape(_compound([v.wrapped for v in source.vals() if _wrapped(v) is not None]), shown)
+            scene = scene_of_shape(
+                _compound([v.wrapped for v in source.vals() if _wrapped(v) is not None]), shown
+            )
         elif _children(source):
             scene = Scene()
             _visit_build123d(scene, source, -1, None)
@@ -118,7 +124,10 @@ class _AssemblyWalk:
 
     def _read_faces(self, assembly: Any, part: "Part") -> None:
         """Colours and names given to single faces (Assembly.addSubshape)."""
-        for attribute, target in (("_subshape_colors", part.face_colors), ("_subshape_names", part.face_names)):
+        for attribute, target in (
+            ("_subshape_colors", part.face_colors),
+            ("_subshape_names", part.face_names),
+        ):
             values = getattr(assembly, attribute, None)
             if not isinstance(values, dict):
                 continue
@@ -130,7 +139,9 @@ class _AssemblyWalk:
                     target.append((shape.wrapped, entry))
 
 
-def _visit_build123d(scene: "Scene", item: Any, parent: int, inherited: "Color | None", placement: Any = None) -> None:
+def _visit_build123d(
+    scene: "Scene", item: Any, parent: int, inherited: "Color | None", placement: Any = None
+) -> None:
     """build123d: children hold shapes relative to their parent's location."""
     from OCP.TopLoc import TopLoc_Location
 

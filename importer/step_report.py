@@ -67,11 +67,18 @@ class StepAudit:
         if process is not None:
             for number, fails, warnings in checks(process.CheckList(False)):
                 failed = failed or bool(fails)
-                for messages, severity in ((fails, "warning"), (warnings, self.changed)):
-                    kept = [m for m in dict.fromkeys(messages) if not m.strip().startswith(_HARMLESS) and m.strip()]
+                found: list[tuple[list[str], Severity]] = [(fails, "warning"), (warnings, self.changed)]
+                for messages, severity in found:
+                    kept = [
+                        m
+                        for m in dict.fromkeys(messages)
+                        if not m.strip().startswith(_HARMLESS) and m.strip()
+                    ]
                     kept = [m for m in kept if not any(word in m for word in _HARMLESS)]
                     if kept:
-                        self.report.add(self._label(number), self._kind(number), "; ".join(kept[:3]), severity)
+                        self.report.add(
+                            self._label(number), self._kind(number), "; ".join(kept[:3]), severity
+                        )
         if arrived < expected or failed:
             self._lost_faces(process, arrived)
         if arrived < expected:
@@ -112,7 +119,8 @@ class StepAudit:
                 reason += "; " + (_text(self.model.Check(number, True).CFail(1)) or "unreadable parameters")
             self.report.add(self._label(number), self._kind(number), reason)
         unread = len(self.text.faces) - sum(
-            isinstance(self.model.Value(i), StepShape_FaceSurface) for i in range(1, self.model.NbEntities() + 1)
+            isinstance(self.model.Value(i), StepShape_FaceSurface)
+            for i in range(1, self.model.NbEntities() + 1)
         )
         if unread > 0:
             self.report.add("", "face", f"{unread} face records stand in the file but were not recognised")

@@ -1,4 +1,4 @@
-"""What the text of a STEP file says before OpenCascade interprets it: header, faces, references, where it breaks off."""
+"""What the text of a STEP file says before OpenCascade interprets it: header, faces, references, its end."""
 
 import re
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ class StepText:
         return [face for _, face in sorted(found, key=lambda entry: entry[0])]
 
     def _records(self, kind: str) -> Iterator[tuple[int, FaceText]]:
-        """(position, record) of all records of that kind; plain searching is ten times faster than one expression."""
+        """(position, record) of all records of that kind; ten times faster than one expression over the file."""
         word = kind.encode()
         position = self.data.find(word)
         while position >= 0:
@@ -129,12 +129,16 @@ class StepText:
         """What is wrong with the control points or weights of a B-spline surface, or None."""
         record = self.record(number)
         weights = re.search(rb"RATIONAL_B_SPLINE_SURFACE\s*\(\s*\((.*?)\)\s*\)\s*\)", record, re.DOTALL)
-        poles = re.search(rb"B_SPLINE_SURFACE(?:_WITH_KNOTS)?\s*\([^#]*\((\(.*?\))\s*\)\s*,\s*\.", record, re.DOTALL)
+        poles = re.search(
+            rb"B_SPLINE_SURFACE(?:_WITH_KNOTS)?\s*\([^#]*\((\(.*?\))\s*\)\s*,\s*\.", record, re.DOTALL
+        )
         if poles is None:
             return None
         rows = [len(_REFERENCE.findall(row)) for row in poles[1].split(b")") if b"#" in row]
         if weights is not None:
-            weight_rows = [row.count(b",") + 1 for row in re.findall(rb"\(([^()]*)", b"(" + weights[1].lstrip(b"( "))]
+            weight_rows = [
+                row.count(b",") + 1 for row in re.findall(rb"\(([^()]*)", b"(" + weights[1].lstrip(b"( "))
+            ]
             if weight_rows != rows:
                 return f"{sum(rows)} control points but {sum(weight_rows)} weights"
         for reference in _REFERENCE.findall(poles[1]):

@@ -5,9 +5,9 @@ part's, and a surface colour over a generic one. Curve colours do not colour sur
 """
 
 from OCP.Quantity import Quantity_ColorRGBA
+from OCP.TCollection import TCollection_AsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_LabelSequence, TDF_Tool
-from OCP.TCollection import TCollection_AsciiString
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopLoc import TopLoc_Location
@@ -22,7 +22,7 @@ _SURFACE_COLORS = (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDo
 
 
 def read_document(document: TDocStd_Document) -> tuple[Scene, int]:
-    """The scene of a document, and how many of its shapes hold no face (free curves, points) and are left out."""
+    """The scene of a document, and how many of its shapes are left out for having no face."""
     walk = _Walk(document)
     free = TDF_LabelSequence()
     walk.shapes.GetFreeShapes(free)
@@ -38,7 +38,9 @@ class _Walk:
         self.without_faces = 0
         self._parts: dict[str, int] = {}  # by label entry; -1: no face in it
 
-    def visit(self, label: TDF_Label, *, parent: int, placement: TopLoc_Location, inherited: Color | None) -> None:
+    def visit(
+        self, label: TDF_Label, *, parent: int, placement: TopLoc_Location, inherited: Color | None
+    ) -> None:
         """label: a free shape, or a component of an assembly (a reference with a location)."""
         target = label
         local = TopLoc_Location()
@@ -95,7 +97,11 @@ class _Walk:
             if shape.IsNull():
                 continue
             kind = shape.ShapeType()
-            if kind in (TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_VERTEX, TopAbs_ShapeEnum.TopAbs_WIRE):
+            if kind in (
+                TopAbs_ShapeEnum.TopAbs_EDGE,
+                TopAbs_ShapeEnum.TopAbs_VERTEX,
+                TopAbs_ShapeEnum.TopAbs_WIRE,
+            ):
                 continue
             color = self._color(sub)
             if color is not None:

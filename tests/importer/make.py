@@ -46,7 +46,9 @@ def faces(shape: TopoDS_Shape) -> list[TopoDS_Shape]:
 
 def rgba(red: float, green: float, blue: float, alpha: float = 1.0) -> Quantity_ColorRGBA:
     """From sRGB-encoded values, as files give them."""
-    color = Quantity_ColorRGBA(Quantity_Color(red, green, blue, Quantity_TypeOfColor.Quantity_TOC_sRGB), alpha)
+    color = Quantity_ColorRGBA(
+        Quantity_Color(red, green, blue, Quantity_TypeOfColor.Quantity_TOC_sRGB), alpha
+    )
     return color
 
 
@@ -74,7 +76,9 @@ class Document:
     def assembly(self, name: str) -> TDF_Label:
         return self.named(self.shapes.NewShape(), name)
 
-    def component(self, assembly: TDF_Label, part: TDF_Label, location: TopLoc_Location, name: str) -> TDF_Label:
+    def component(
+        self, assembly: TDF_Label, part: TDF_Label, location: TopLoc_Location, name: str
+    ) -> TDF_Label:
         label = self.shapes.AddComponent(assembly, part, location)
         return self.named(label, name)
 

@@ -10,7 +10,16 @@ import zipfile
 import make
 import pytest
 
-from trimray.importer import BrepModel, EmptyError, InputError, MemoryLimitError, TimeLimitError, UsageError, archive, read_model
+from trimray.importer import (
+    BrepModel,
+    EmptyError,
+    InputError,
+    MemoryLimitError,
+    TimeLimitError,
+    UsageError,
+    archive,
+    read_model,
+)
 from trimray.importer.formats import sniff
 
 # Seconds after which a hang of OpenCascade is taken for one.
@@ -24,7 +33,7 @@ def test_missing_file(tmp_path):
 
 
 def test_directory(tmp_path):
-    with pytest.raises(InputError, match="is a directory$"):
+    with pytest.raises(InputError, match=r"is a directory$"):
         read_model(tmp_path)
 
 
@@ -41,7 +50,7 @@ def test_no_permission(tmp_path):
     path = tmp_path / "a.step"
     path.write_text("x")
     path.chmod(0)
-    with pytest.raises(InputError, match="Permission denied$"):
+    with pytest.raises(InputError, match=r"Permission denied$"):
         read_model(path)
 
 
@@ -59,7 +68,14 @@ def test_foreign_object():
 
 
 @pytest.mark.parametrize(
-    "options", [{"heal": "yes"}, {"precision": 0.0}, {"precision": float("nan")}, {"time_limit": -1}, {"memory_limit": 0}]
+    "options",
+    [
+        {"heal": "yes"},
+        {"precision": 0.0},
+        {"precision": float("nan")},
+        {"time_limit": -1},
+        {"memory_limit": 0},
+    ],
 )
 def test_wrong_options(options):
     with pytest.raises(UsageError):
@@ -95,7 +111,9 @@ def test_step_without_faces(read_here, tmp_path):
 
 def test_self_reference_ends(tmp_path):
     path = make.step_file(tmp_path / "box.step", make.box())
-    text, count = re.subn(r"(#\d+) = ADVANCED_FACE\('',\(#\d+", r"\1 = ADVANCED_FACE('',(\1", path.read_text(), count=1)
+    text, count = re.subn(
+        r"(#\d+) = ADVANCED_FACE\('',\(#\d+", r"\1 = ADVANCED_FACE('',(\1", path.read_text(), count=1
+    )
     assert count == 1
     path.write_text(text)
     try:

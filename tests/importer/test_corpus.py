@@ -11,7 +11,9 @@ from trimray.importer import EmptyError
 _OURS = {"stepcode+stepcode/TAIL.stp": 60, "vrsys+gpucast/teapot.igs": 32}
 
 
-@pytest.mark.skipif(conftest.models_folder() is None, reason="TRIMRAY_MODELS does not name a folder with a MANIFEST.tsv")
+@pytest.mark.skipif(
+    conftest.models_folder() is None, reason="TRIMRAY_MODELS does not name a folder with a MANIFEST.tsv"
+)
 @pytest.mark.parametrize("row", conftest.manifest(), ids=lambda row: Path(row["path"]).name)
 def test_all_faces_arrive(read_here, real_model, row):
     expected = _OURS.get(row["path"], int(row["ocp_faces"] or 0))

@@ -1,4 +1,4 @@
-"""The child process: crashes, hangs and hoarding end as clear errors of the caller, and nothing stays behind."""
+"""The child process: crashes, hangs and hoarding end as clear errors, and nothing stays behind."""
 
 import os
 import subprocess
@@ -26,7 +26,10 @@ def children():
     found = []
     for entry in Path("/proc").iterdir():
         try:
-            if entry.name.isdigit() and int((entry / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid():
+            if (
+                entry.name.isdigit()
+                and int((entry / "stat").read_text().rpartition(")")[2].split()[1]) == os.getpid()
+            ):
                 found.append(int(entry.name))
         except OSError:
             continue
@@ -42,7 +45,9 @@ def _no_child_left():
 
 def test_hang_ends_at_the_time_limit(monkeypatch):
     start = time.monotonic()
-    with pytest.raises(TimeLimitError, match=r"hang: not read within 1\.5 s \(stopped in stage 'transfer'\)") as caught:
+    with pytest.raises(
+        TimeLimitError, match=r"hang: not read within 1\.5 s \(stopped in stage 'transfer'\)"
+    ) as caught:
         run("hang", monkeypatch, time_limit=1.5)
     assert time.monotonic() - start < 10
     assert caught.value.exit_code == 5
@@ -50,7 +55,9 @@ def test_hang_ends_at_the_time_limit(monkeypatch):
 
 @pytest.mark.parametrize(("name", "signal"), [("segfault", "SIGSEGV"), ("abort", "SIGABRT")])
 def test_crash_is_one_line(monkeypatch, name, signal):
-    with pytest.raises(InputError, match=rf"^{name}: OpenCascade crashed on it \({signal} in stage 'transfer'\)$") as caught:
+    with pytest.raises(
+        InputError, match=rf"^{name}: OpenCascade crashed on it \({signal} in stage 'transfer'\)$"
+    ) as caught:
         run(name, monkeypatch)
     assert caught.value.exit_code == 3
 
@@ -120,7 +127,9 @@ def test_child_dies_with_its_parent(tmp_path):
     root = Path(importer.__path__[0]).parent.parent
     paths = [str(tmp_path), str(HERE), str(Path(sys.modules["trimray"].__path__[0]).parent), str(root)]
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=env) as parent:
+    with subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=env
+    ) as parent:
         child = int(parent.stdout.readline())
         parent.kill()
     deadline = time.monotonic() + 5
@@ -150,7 +159,10 @@ def test_nothing_is_printed_and_progress_is_told(tmp_path, capfd):
 
 def test_reading_a_file_does_not_load_opencascade_here(tmp_path):
     path = make.step_file(tmp_path / "box.step", make.box())
-    script = f"import sys; from trimray.importer import read_model; read_model({str(path)!r}); print('OCP' in sys.modules)"
+    script = (
+        f"import sys; from trimray.importer import read_model; read_model({str(path)!r});"
+        " print('OCP' in sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 

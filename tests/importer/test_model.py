@@ -17,7 +17,16 @@ def model():
 
 def test_meta_is_json_with_the_agreed_keys(model):
     meta = json.loads(model.meta_json())
-    assert set(meta) == {"unit", "unit_mm", "prototypes", "instances", "tree", "face_names", "report", "source"}
+    assert set(meta) == {
+        "unit",
+        "unit_mm",
+        "prototypes",
+        "instances",
+        "tree",
+        "face_names",
+        "report",
+        "source",
+    }
     assert meta["prototypes"] == [{"name": "box"}]
     assert meta["instances"] == [{"name": "box", "path": ["box"], "node": 0}]
     assert set(meta["tree"][0]) == {"name", "parent", "prototype", "placement"}

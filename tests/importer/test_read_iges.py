@@ -15,9 +15,7 @@ from trimray.importer import EmptyError, InputError, iges_text
 def edge_users(shape):
     """How many faces each edge of the shape has."""
     users = TopTools_IndexedDataMapOfShapeListOfShape()
-    TopExp.MapShapesAndAncestors_s(
-        shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, users
-    )
+    TopExp.MapShapesAndAncestors_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, users)
     return [users.FindFromIndex(i).Extent() for i in range(1, users.Extent() + 1)]
 
 

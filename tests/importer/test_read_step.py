@@ -21,7 +21,9 @@ def test_box_arrives_with_six_faces_in_mm(read_here, tmp_path):
     assert {"parse", "transfer", "extract"} <= model.report["seconds"].keys()
 
 
-@pytest.mark.parametrize(("unit", "name", "size"), [("INCH", "inch", 25.4), ("M", "m", 1000.0), ("CM", "cm", 10.0)])
+@pytest.mark.parametrize(
+    ("unit", "name", "size"), [("INCH", "inch", 25.4), ("M", "m", 1000.0), ("CM", "cm", 10.0)]
+)
 def test_unit_is_named_and_geometry_stays_mm(read_here, tmp_path, unit, name, size):
     model = read_here(make.step_file(tmp_path / "box.step", make.box(), unit=unit))
     assert (model.unit, model.unit_mm) == (name, size)
@@ -85,8 +87,13 @@ def test_nested_assembly_multiplies_placements_and_stores_a_part_once(read_here,
     assert model.prototype_names == ("bolt",)
     assert len(model.instance_prototypes) == 4
     assert model.report["faces"] == 3 and model.report["face_uses"] == 12
-    paths = {instance.path[1:]: model.instance_placements[i].reshape(3, 4) for i, instance in enumerate(model.instances)}
-    assert paths["pair_1", "left"] == pytest.approx(np.array([[1, 0, 0, 100], [0, 1, 0, 0], [0, 0, 1, 7]]), abs=1e-9)
+    paths = {
+        instance.path[1:]: model.instance_placements[i].reshape(3, 4)
+        for i, instance in enumerate(model.instances)
+    }
+    assert paths["pair_1", "left"] == pytest.approx(
+        np.array([[1, 0, 0, 100], [0, 1, 0, 0], [0, 0, 1, 7]]), abs=1e-9
+    )
     # Turned by 90 degrees, +x becomes +y.
     turned = np.array([[0, -1, 0, 0], [1, 0, 0, 100], [0, 0, 1, 9]])
     assert paths["pair_2", "left"] == pytest.approx(turned, abs=1e-9)
@@ -180,7 +187,9 @@ def test_strict_reports_what_default_notes(read_here, real_model):
     path = real_model("dodgy-step-files/Tfa005.stp")
     default, strict = read_here(path).report["issues"], read_here(path, heal="strict").report["issues"]
     assert not [i for i in default if i["severity"] == "error"]
-    assert [i for i in strict if i["severity"] == "error" and i["reason"].startswith("Missing seam-edge added")]
+    assert [
+        i for i in strict if i["severity"] == "error" and i["reason"].startswith("Missing seam-edge added")
+    ]
 
 
 @pytest.mark.parametrize("keep", [0.3, 0.6, 0.95])

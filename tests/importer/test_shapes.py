@@ -23,7 +23,7 @@ def test_workplane_with_several_solids_is_one_part():
 
 
 def test_cadquery_shape():
-    assert read_model(cadquery.Solid.makeSphere(3)).report["faces"] == 1
+    assert read_model(cadquery.Solid.makeSphere(3, angleDegrees1=-90)).report["faces"] == 1
 
 
 def test_assembly_keeps_names_colors_and_instances():
