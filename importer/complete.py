@@ -18,7 +18,7 @@ from .scene import Scene
 
 
 def add_missing_curves(scene: Scene, report: Report) -> None:
-    """Adds the 3D curves and, on faces that are no planes, the p-curves that a file lacks; names what stays."""
+    """Adds the 3D curves and, on faces that are no planes, the p-curves that a file lacks."""
     for part in scene.parts:
         BRepLib.BuildCurves3d_s(part.shape)
         for number, shape in enumerate(faces_of(part.shape), start=1):

@@ -1,4 +1,4 @@
-"""Loose surfaces become one part, so that sewing can join them: an IGES file lists each as a shape of its own."""
+"""Loose surfaces become one part, so that sewing can join them: IGES lists each as a shape of its own."""
 
 from OCP.BRep import BRep_Builder
 from OCP.TopAbs import TopAbs_ShapeEnum

@@ -56,7 +56,7 @@ _kept: list[Any] = []
 
 
 def keep(*things: Any) -> None:
-    """Never frees these: freeing a document takes as long as extracting from it, and the child ends anyway."""
+    """Never frees these: freeing a document takes as long as extracting from it; the child ends anyway."""
     _kept.extend(things)
 
 

@@ -43,7 +43,7 @@ class StepText:
         return [face for _, face in sorted(found, key=lambda entry: entry[0])]
 
     def _records(self, kind: str) -> Iterator[tuple[int, FaceText]]:
-        """(position, record) of all records of that kind; ten times faster than one expression over the file."""
+        """(position, record) of all records of that kind; faster than an expression over the file."""
         word = kind.encode()
         position = self.data.find(word)
         while position >= 0:
