@@ -32,6 +32,6 @@ def read_brep(
 
 
 def _is_complete(data: bytes) -> bool:
-    """Whether a text file holds the shapes it announces; OpenCascade never returns from one that lacks some."""
+    """Whether a text file holds the shapes it announces; OpenCascade hangs on one that lacks some."""
     match = re.search(rb"\nTShapes (\d+)\s", data)
     return match is not None and data.count(b"*", match.end()) >= int(match[1])
