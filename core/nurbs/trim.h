@@ -13,6 +13,7 @@ namespace trimray::nurbs {
 enum class Coverage : std::uint8_t { kOutside, kInside, kMixed };
 
 // The accelerated trim loops of every face of a store. Holds what it needs; the store may go.
+// Throws ArgumentError for a trim curve of degree above 63.
 class TrimIndex {
  public:
   explicit TrimIndex(const NurbsStore& store, int threads = 0);

@@ -32,6 +32,7 @@ struct NearEdge {
   std::int8_t side = 0;
 };
 
+// Keeps a reference to the store, which must outlive it. Throws ArgumentError for an edge of degree above 63.
 class EdgeRule {
  public:
   EdgeRule(const nurbs::NurbsStore& store, std::int32_t prototype);
