@@ -16,8 +16,13 @@ constexpr int kMaxNet = (nurbs::kMaxDegree + 1) * (nurbs::kMaxDegree + 1);
 // well inside a proven region of both.
 constexpr double kOverlap = 0.0625;  // of the width, on every side
 
-// A box this narrow, in patch parameters, is not split further in that direction.
+// A box this narrow, in patch parameters, is not split further in that direction. At a collapsed side roots
+// can be told apart at smaller distances from it.
 constexpr double kMinWidth = 1.0 / (1 << 29);
+constexpr double kMinWidthAtPole = kMinWidth / (1 << 13);
+
+// A line that passes the point of a collapsed side within this fraction of the patch's size meets the side.
+constexpr double kPoleReach = 1e-10;
 
 struct ClipBox {
   SubDomain core;
@@ -113,7 +118,8 @@ class Search {
       for (int j = 0; j < dv_; ++j) sum += glm::length(f[i * (dv_ + 1) + j + 1] - f[i * (dv_ + 1) + j]);
       long_v = std::max(long_v, sum);
     }
-    const bool can_u = wu > kMinWidth, can_v = wv > kMinWidth;
+    const double min_width = patch_.poles != 0 ? kMinWidthAtPole : kMinWidth;
+    const bool can_u = wu > min_width, can_v = wv > min_width;
     if ((!can_u && !can_v) || std::max(long_u, long_v) <= noise_) {
       ++stats_.unresolved;
       return false;
@@ -184,7 +190,7 @@ class Search {
 
   static bool near_side(const PatchRoot& r, std::uint8_t side) {
     const double distance = side == kSideU0 ? r.u : side == kSideU1 ? 1.0 - r.u : side == kSideV0 ? r.v : 1.0 - r.v;
-    return std::fabs(distance) < 1e-6;
+    return std::fabs(distance) < 1e-7;
   }
 
   // A line through a collapsed side's point meets it at every parameter along the side: one root, reported
@@ -205,7 +211,7 @@ class Search {
     const dvec4* net = pool_.net.data() + patch_.net;
     const dvec3 p = xyz(net[first]) / net[first].w;
     const double distance = glm::length(glm::cross(p - o_, ray_.dir));
-    if (!(distance <= 1e-10 * patch_.size)) return;
+    if (!(distance <= kPoleReach * patch_.size)) return;
     // S = p + e G(x) / w + O(e^2), e the distance from the side: the limit normal is +-G x G'.
     dvec3 g[nurbs::kMaxDegree + 1];
     for (dvec3& x : g) x = dvec3(0.0);
@@ -222,9 +228,13 @@ class Search {
     if (!side_u) normal = -normal;              // S_u is along the side
     if (side == kSideU1 || side == kSideV1) normal = -normal;  // e runs against the parameter
     const double length = glm::length(normal);
-    PatchRoot root{at.x, at.y, t_shift_ + glm::dot(p - o_, ray_.dir), normal / length};
-    poles_found_[pole_count_++ & 3] = {side, root.t, 1e-8 * patch_.size};
-    if (length > 0.0) roots_.push_back(root);
+    if (!(length > 0.0)) return;
+    normal /= length;
+    // The tangent plane there, unless the line grazes it.
+    const double slope = glm::dot(normal, ray_.dir), straight = glm::dot(p - o_, ray_.dir);
+    const double t = std::fabs(slope) > 0.1 ? glm::dot(p - o_, normal) / slope : straight;
+    poles_found_[pole_count_++ & 3] = {side, t_shift_ + t, 1e-8 * patch_.size};
+    roots_.push_back({at.x, at.y, t_shift_ + t, normal});
   }
 
   const Patch& patch_;

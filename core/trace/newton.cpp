@@ -42,7 +42,7 @@ struct Step {
 };
 
 template <bool kRational>
-HWY_INLINE Step newton_step(const RayFrame& ray, const Jet& jet) {
+HWY_INLINE Step newton_step(const RayFrame& ray, const Jet& jet, std::uint32_t poles) {
   Step s;
   if (kRational) {
     s.p = neg_mul_add(jet.w, ray.o, jet.p);
@@ -54,15 +54,42 @@ HWY_INLINE Step newton_step(const RayFrame& ray, const Jet& jet) {
     s.pv = jet.pv;
   }
   const Vec3 g = cross(s.p, ray.d);
-  const Lanes inverse = Lanes(1.0) / dot(cross(s.pu, s.pv), ray.d);
-  s.du = dot(g, s.pv) * inverse;
-  s.dv = (Lanes(0.0) - dot(g, s.pu)) * inverse;
+  Vec3 a = s.pu, b = s.pv;
+  if (poles != 0) {
+    // Near a collapsed side the tangent across the line is tiny, and rounding of g along the line, times the
+    // derivative's large part along the line, would drown it.
+    a = neg_mul_add(dot(a, ray.d), ray.d, a);
+    b = neg_mul_add(dot(b, ray.d), ray.d, b);
+  }
+  const Lanes inverse = Lanes(1.0) / dot(cross(a, b), ray.d);
+  s.du = dot(g, b) * inverse;
+  s.dv = (Lanes(0.0) - dot(g, a)) * inverse;
   return s;
 }
 
 HWY_INLINE Lanes clamp(Lanes x, Lanes limit) {
   const Lanes low = Lanes(0.0) - limit;
   return select(x > limit, limit, select(x < low, low, x));
+}
+
+// How fine things are told apart near a collapsed side at distance m: steps across the side count relative
+// to m, and along it rounding alone moves the parameter by 1e-16 / m. m = 1 on other patches.
+struct Scale {
+  Lanes m, step_u, step_v;  // a step below step_u, step_v is the last but one
+};
+
+HWY_INLINE Scale scale_at(std::uint32_t poles, Lanes u, Lanes v) {
+  const Lanes one(1.0), small(1e-8), noise(2e-14);
+  if (poles == 0) return {one, small, small};
+  Lanes m = one;
+  if (poles & trace::kSideU0) m = select(abs(u) < m, abs(u), m);
+  if (poles & trace::kSideU1) m = select(abs(one - u) < m, abs(one - u), m);
+  if (poles & trace::kSideV0) m = select(abs(v) < m, abs(v), m);
+  if (poles & trace::kSideV1) m = select(abs(one - v) < m, abs(one - v), m);
+  const Lanes across = mul_add(small, m, noise), along = small + noise / (m + noise);
+  const bool pole_u = (poles & (trace::kSideU0 | trace::kSideU1)) != 0;
+  const bool pole_v = (poles & (trace::kSideV0 | trace::kSideV1)) != 0;
+  return {m, pole_v ? along : across, pole_u ? along : across};
 }
 
 struct Roots {
@@ -74,29 +101,29 @@ struct Roots {
 // Newton from (u, v) on the active lanes; a lane that has converged keeps still, whatever the others do.
 // Not inlined: the evaluator's code stands once for both callers.
 template <typename Form>
-HWY_NOINLINE void newton(const Form& form, const RayFrame& ray, const Lanes (&start)[2], const Lanes (&max_step)[2],
+HWY_NOINLINE void newton(const Form& form, std::uint32_t poles, const RayFrame& ray, const Lanes (&start)[2], const Lanes (&max_step)[2],
                          Mask active, std::uint32_t& steps, Roots& r) {
   Lanes u = start[0], v = start[1];
-  // The step that follows a step this small is below rounding.
-  const Lanes small(1e-8);
   Mask open = active, converged = mask_from_bits(0);
   for (int k = 0; k < trace::kMaxNewtonSteps && !none(open); ++k) {
-    const Step s = newton_step<Form::kRational>(ray, form.jet(u, v));
+    const Step s = newton_step<Form::kRational>(ray, form.jet(u, v), poles);
     const Lanes du = clamp(s.du, max_step[0]), dv = clamp(s.dv, max_step[1]);
     u = select(open, u + du, u);
     v = select(open, v + dv, v);
-    const Mask done = open & (abs(s.du) <= small) & (abs(s.dv) <= small);  // false for NaN
+    const Scale scale = scale_at(poles, u, v);
+    const Mask done = open & (abs(s.du) <= scale.step_u) & (abs(s.dv) <= scale.step_v);  // false for NaN
     converged = converged | done;
     open = and_not(done, open);
     steps += std::popcount(bits(open));
   }
-  const Lanes magic(1.5 * 4503599627370496.0 * trace::kRootGrid);
+  const Scale scale = scale_at(poles, u, v);
+  const Lanes magic = Lanes(1.5 * 4503599627370496.0 * trace::kRootGrid) * scale.m;
   u = (u + magic) - magic;
   v = (v + magic) - magic;
   const Jet jet = form.jet(u, v);
-  const Step s = newton_step<Form::kRational>(ray, jet);
+  const Step s = newton_step<Form::kRational>(ray, jet, poles);
   const Lanes limit(4.0 * trace::kRootGrid);
-  r.converged = converged & (abs(s.du) <= limit) & (abs(s.dv) <= limit);
+  r.converged = converged & (abs(s.du) <= limit + scale.step_u) & (abs(s.dv) <= limit + scale.step_v);
   r.u = u + s.du;
   r.v = v + s.dv;
   const Lanes along = mul_add(dot(s.pu, ray.d), s.du, mul_add(dot(s.pv, ray.d), s.dv, dot(s.p, ray.d)));
@@ -142,7 +169,7 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const LeafBound
                               mul_add(clamp(num_v / den, one), half_v, mid_v)};
       const Lanes max_step[2] = {half_u + half_u, half_v + half_v};
       Roots r;
-      newton(form, ray, start, max_step, go, out.steps, r);
+      newton(form, patch.poles, ray, start, max_step, go, out.steps, r);
       const Lanes off_u = abs(r.u - mid_u), off_v = abs(r.v - mid_v);
       const Mask on = r.converged & (off_u <= half_u + Lanes(trace::kLeafSlack)) &
                       (off_v <= half_v + Lanes(trace::kLeafSlack));
@@ -165,7 +192,7 @@ HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes
   std::uint32_t steps = 0;
   const Lanes from[2] = {Lanes(start.x), Lanes(start.y)}, limit[2] = {Lanes(max_step), Lanes(max_step)};
   Roots r;
-  newton(form, near_patch(patch, rays, 0), from, limit, mask_from_bits(1), steps, r);
+  newton(form, patch.poles, near_patch(patch, rays, 0), from, limit, mask_from_bits(1), steps, r);
   double x[6][8];
   store(r.u, x[0]), store(r.v, x[1]), store(r.t, x[2]);
   store(r.normal.x, x[3]), store(r.normal.y, x[4]), store(r.normal.z, x[5]);

@@ -14,7 +14,8 @@ inline constexpr int kMaxNewtonSteps = 12;
 
 // A converged iterate is rounded to this grid in patch parameters, and one full step from the grid point is the
 // answer. Two starts that converge to the same root thus give the same bits, unless the root lies within
-// rounding (1e-16) of the middle between two grid points: once in some 1e7 roots.
+// rounding (1e-16) of the middle between two grid points: once in some 1e7 roots. Near a collapsed side the grid
+// is finer in proportion to the distance from it.
 inline constexpr double kRootGrid = 1.0 / (1 << 28);
 
 // Roots this far outside a leaf, in patch parameters, still count as on it: neighbours overlap, so that
