@@ -1,3 +1,5 @@
+# Made by nanobind.stubgen from core/bind; not to be edited.
+# ruff: noqa: E501, I001
 """Native core of trimray. Lengths are mm, angles radians."""
 
 from collections.abc import Sequence

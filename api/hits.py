@@ -11,6 +11,7 @@ from .importer.errors import UsageError
 
 Float64s = npt.NDArray[np.float64]
 Int32s = npt.NDArray[np.int32]
+Rays = tuple[Float64s, Float64s, Float64s, Float64s]  # origins, directions, tmin, tmax
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Hits:
 
 def check_rays(
     origins: npt.ArrayLike, directions: npt.ArrayLike, tmin: npt.ArrayLike, tmax: npt.ArrayLike
-) -> tuple[Float64s, Float64s, Float64s, Float64s]:
+) -> Rays:
     """Four C-contiguous arrays of one length: (n, 3), (n, 3), (n,), (n,) float64.
 
     A single point or direction, (3,), and a single tmin or tmax stand for all rays. Raises UsageError.

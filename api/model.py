@@ -17,7 +17,7 @@ import numpy.typing as npt
 from . import _core, cache
 from .faces import Face, Faces, Instance, color_or_none
 from .frame import Frame, parse_aovs
-from .hits import Hits, check_rays
+from .hits import Hits, Rays, check_rays
 from .importer.errors import EmptyError, InputError, UsageError
 from .report import Report, make_report
 from .run import run_watched
@@ -325,7 +325,7 @@ class Model:
         portions = []
         for part in _portions(rays, _PORTION[mode]):
             try:
-                portions.append(self._scene.cast(*part, reference=reference, threads=threads))
+                portions.append(self._scene.cast(*part, reference, threads))
             except _core.ArgumentError as error:
                 raise UsageError(f"cast: {error}") from None
         return (
@@ -353,7 +353,7 @@ class Model:
         portions = []
         for part in _portions(rays, _PORTION[mode]):
             try:
-                portions.append(self._scene.count_hits(*part, reference=reference, threads=threads))
+                portions.append(self._scene.count_hits(*part, reference, threads))
             except _core.ArgumentError as error:
                 raise UsageError(f"count_hits: {error}") from None
         return np.concatenate(portions)
@@ -422,8 +422,7 @@ _FOV_DEG = 30.0
 _MARGIN = 0.04
 
 
-def _portions(
-    rays: tuple[npt.NDArray[np.float64], ...], length: int
-) -> list[tuple[npt.NDArray[np.float64], ...]]:
-    n = len(rays[0])
-    return [tuple(a[i : i + length] for a in rays) for i in range(0, max(n, 1), length)]
+def _portions(rays: Rays, length: int) -> list[Rays]:
+    o, d, tmin, tmax = rays
+    cuts = [slice(i, i + length) for i in range(0, max(len(o), 1), length)]
+    return [(o[c], d[c], tmin[c], tmax[c]) for c in cuts]

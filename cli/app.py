@@ -13,7 +13,7 @@ from .options import Option, options_of
 _CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-class _Text(click.ParamType):
+class _Text(click.ParamType):  # type: ignore[type-arg,unused-ignore]  # generic since click 8.4
     """A value that the table's parse function checks."""
 
     def __init__(self, option: Option) -> None:
@@ -40,7 +40,7 @@ def _parameter(option: Option) -> click.Option:
         return click.Option(flags, count=True, **common)
     if option.flag:
         return click.Option(flags, is_flag=True, default=option.default, **common)
-    kind: click.ParamType = click.Choice(option.choices) if option.choices else _Text(option)
+    kind: Any = click.Choice(option.choices) if option.choices else _Text(option)
     default: Any = option.default
     if option.multiple:
         default = [default]

@@ -258,7 +258,7 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "verbose",
         ("-v", "--verbose"),
-        "Say more: times, warnings; twice: tracebacks of internal errors.",
+        "Say more: times, warnings; twice: notes, tracebacks of internal errors.",
         count=True,
         config=False,
         commands=_BOTH,

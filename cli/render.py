@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from trimray import Error, Model, TimeLimitError, UsageError, load
+from trimray import Error, Model, Report, TimeLimitError, UsageError, load
 from trimray.frame import parse_aovs
 from trimray.image_io import check_fit, encode, write_file
 from trimray.views import parse_background
@@ -121,13 +121,22 @@ def _tell(job: Job, model: Model, options: dict[str, Any], seconds: float) -> in
         )
         for stage, value in report.seconds.items():
             say(f"{job.name}: {stage} {value:.3f} s")
-        for issue in report.issues:
-            if issue.severity != "error":
-                say(f"{job.name}: {issue.severity}: {issue.entity} ({issue.kind}): {issue.reason}")
+        _tell_remarks(job.name, report, notes=options["verbose"] > 1)
     if report.complete:
         return 0
     tell_problems(job.name, report.problems())
     return 1
+
+
+def _tell_remarks(name: str, report: Report, notes: bool) -> None:
+    """Warnings, and on request notes; one line for all that differ only in the entity."""
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for issue in report.issues:
+        if issue.severity == "warning" or (notes and issue.severity == "note"):
+            groups.setdefault((issue.severity, issue.kind, issue.reason), []).append(issue.entity)
+    for (severity, kind, reason), entities in groups.items():
+        others = f" and {len(entities) - 1} others" if len(entities) > 1 else ""
+        say(f"{name}: {severity}: {entities[0]}{others} ({kind}): {reason}")
 
 
 def tell_problems(name: str, problems: list[str]) -> None:

@@ -1,9 +1,11 @@
 // NurbsStore: built, saved, loaded, and told about in arrays.
 #include <memory>
+#include <tuple>
 
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "core/bind/bind.h"
@@ -122,7 +124,7 @@ std::pair<Out<double>, Out<double>> extent(const NurbsStore& store, int threads)
 
 // Places in the world that a ray may be aimed at to test parity: every vertex, and the start, middle and end of
 // every edge piece; with the numbers of closed and open shells over all instances.
-nb::tuple parity_targets(const NurbsStore& store) {
+std::tuple<Out<double>, std::int32_t, std::int32_t> parity_targets(const NurbsStore& store) {
   std::vector<double> points;
   std::int32_t closed = 0, open = 0;
   for (const nurbs::Instance& instance : store.instances) {
@@ -141,7 +143,7 @@ nb::tuple parity_targets(const NurbsStore& store) {
     }
   }
   const std::size_t count = points.size() / 3;
-  return nb::make_tuple(array(std::move(points), {count, 3}), closed, open);
+  return {array(std::move(points), {count, 3}), closed, open};
 }
 
 }  // namespace

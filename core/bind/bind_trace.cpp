@@ -1,9 +1,11 @@
 // Scene: casting rays and rendering, with either tracer.
 #include <cmath>
 #include <memory>
+#include <tuple>
 
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "core/base/error.h"
@@ -46,7 +48,8 @@ Rays read_rays(const In2<double, 3>& org, const In2<double, 3>& dir, const In1<d
 }
 
 // t, face, instance, uv, normal.
-nb::tuple hit_arrays(const std::vector<Hit>& hits, const std::vector<double>& lengths) {
+using HitArrays = std::tuple<Out<double>, Out<std::int32_t>, Out<std::int32_t>, Out<double>, Out<double>>;
+HitArrays hit_arrays(const std::vector<Hit>& hits, const std::vector<double>& lengths) {
   const std::size_t n = hits.size();
   std::vector<double> t(n, kInf), uv(2 * n, 0.0), normal(3 * n, 0.0);
   std::vector<std::int32_t> face(n, kNoFace), instance(n, -1);
@@ -57,11 +60,11 @@ nb::tuple hit_arrays(const std::vector<Hit>& hits, const std::vector<double>& le
     uv[2 * i] = hits[i].uv_face.x, uv[2 * i + 1] = hits[i].uv_face.y;
     for (int c = 0; c < 3; ++c) normal[3 * i + c] = hits[i].normal[c];
   }
-  return nb::make_tuple(array(std::move(t), {n}), array(std::move(face), {n}), array(std::move(instance), {n}),
-                        array(std::move(uv), {n, 2}), array(std::move(normal), {n, 3}));
+  return {array(std::move(t), {n}), array(std::move(face), {n}), array(std::move(instance), {n}),
+          array(std::move(uv), {n, 2}), array(std::move(normal), {n, 3})};
 }
 
-nb::tuple cast(const trace::Scene& scene, const In2<double, 3>& org, const In2<double, 3>& dir, const In1<double>& tmin,
+HitArrays cast(const trace::Scene& scene, const In2<double, 3>& org, const In2<double, 3>& dir, const In1<double>& tmin,
                const In1<double>& tmax, bool reference, int threads) {
   const Rays r = read_rays(org, dir, tmin, tmax);
   std::vector<Hit> hits(r.rays.size());
@@ -121,7 +124,7 @@ view::Planes planes_of(const std::vector<std::string>& names) {
   return p;
 }
 
-nb::dict render(const trace::Scene& scene, const view::Camera& camera, const std::vector<std::string>& aovs, int samples,
+nb::typed<nb::dict, nb::str, nb::ndarray<nb::numpy>> render(const trace::Scene& scene, const view::Camera& camera, const std::vector<std::string>& aovs, int samples,
                 const In2<float, 4>& background, bool orientation, bool reference, int threads, trace::Progress& progress) {
   trace::RenderOptions options;
   options.camera = camera;

@@ -1,4 +1,6 @@
 // Cameras.
+#include <nanobind/stl/pair.h>
+
 #include "core/bind/bind.h"
 #include "core/view/camera.h"
 
@@ -17,7 +19,7 @@ view::Camera fit(double azimuth_deg, double elevation_deg, view::UpAxis up, cons
 Out<double> vec(const dvec3& v) { return array(std::vector<double>{v.x, v.y, v.z}, {3}); }
 
 // Rays of all pixel centres, row by row: two arrays (height * width, 3).
-nb::tuple rays(const view::Camera& c) {
+std::pair<Out<double>, Out<double>> rays(const view::Camera& c) {
   std::vector<double> org, dir;
   const std::size_t pixels = static_cast<std::size_t>(c.width_px) * c.height_px;
   org.reserve(3 * pixels), dir.reserve(3 * pixels);
@@ -28,7 +30,7 @@ nb::tuple rays(const view::Camera& c) {
       dir.insert(dir.end(), {r.dir.x, r.dir.y, r.dir.z});
     }
   }
-  return nb::make_tuple(array(std::move(org), {pixels, 3}), array(std::move(dir), {pixels, 3}));
+  return {array(std::move(org), {pixels, 3}), array(std::move(dir), {pixels, 3})};
 }
 
 }  // namespace

@@ -43,7 +43,8 @@ def test_second_load_imports_no_opencascade(box_file: Path, folder: Path) -> Non
     trimray.load(box_file)
     code = (
         "import sys, trimray; m = trimray.load(sys.argv[1]); m.render((8, 8)).save(sys.argv[2]);"
-        "assert m.report.cached; print([x for x in sys.modules if x.split('.')[0] in ('OCP', 'cadquery', 'rich')])"
+        "assert m.report.cached;"
+        "print([x for x in sys.modules if x.split('.')[0] in ('OCP', 'cadquery', 'rich')])"
     )
     out = folder.parent / "a.png"
     done = subprocess.run(

@@ -32,7 +32,7 @@ def random_rays(n: int, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_bounds_are_tight(sphere: trimray.Model, box: trimray.Model) -> None:
-    expected = np.array([CENTER, CENTER]) + [[-RADIUS], [RADIUS]]
+    expected = np.array(CENTER) + np.array([[-RADIUS], [RADIUS]])
     assert sphere.bounds.shape == (2, 3) and sphere.bounds.dtype == np.float64
     assert np.abs(sphere.bounds - expected).max() <= 1e-9
     assert np.abs(box.bounds - np.array([(0, 0, 0), BOX])).max() <= 1e-12

@@ -129,7 +129,7 @@ def test_internal_errors_are_70_and_one_line(
 def test_ctrl_c_ends_at_once_and_leaves_nothing(box_file: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "trimray.cli", "render", str(box_file), "-o", str(tmp_path / "a.png")]
     child = subprocess.Popen(
-        [*command, "--size", "8000", "--samples", "256"], stderr=subprocess.PIPE, text=True
+        [*command, "--size", "2000", "--samples", "1024"], stderr=subprocess.PIPE, text=True
     )
     time.sleep(4.0)
     assert child.poll() is None

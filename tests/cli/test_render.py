@@ -29,7 +29,7 @@ def test_draws_a_file_and_says_nothing(run: Run, box_file: Path, tmp_path: Path)
     [
         ("--view", "top"),
         ("--view", "-30,20"),
-        ("--up", "-z"),
+        ("--up", "x"),
         ("--up", "y"),
         ("--projection", "perspective"),
         ("--samples", "1"),
