@@ -85,8 +85,7 @@ Ray InstanceScene::local(const Ray& world, double& scale) const {
   if (!identity) ray.org = to_prototype * (world.org - translation), ray.dir = to_prototype * world.dir;
   const double length2 = glm::dot(ray.dir, ray.dir);
   scale = 1.0;
-  // A direction that is a unit vector up to rounding is left alone: t stays the same number in both frames.
-  if (!(std::abs(length2 - 1.0) <= 4e-15)) {
+  if (!is_unit(length2)) {
     scale = std::sqrt(length2);
     ray.dir /= scale;
     ray.tmin = world.tmin * scale, ray.tmax = world.tmax * scale;

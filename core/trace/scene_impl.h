@@ -5,7 +5,7 @@
 // to all of its hits, with the edge rule on the faces of every near edge.
 #pragma once
 
-#include <atomic>
+#include <cmath>
 
 #include "core/nurbs/trim.h"
 #include "core/trace/closed_form_leaves.h"
@@ -90,12 +90,17 @@ struct Scene::Impl {
   void all_hits(const Ray& ray, std::vector<Hit>& out) const;
 };
 
-// The order of hits: by t, then instance, then face. Total, so that the answer does not depend on the
-// order in which hits are found.
-inline bool comes_before(double t, std::int32_t instance, std::int32_t face, const Hit& other) {
-  if (t != other.t) return t < other.t;
-  if (other.face == kNoFace) return true;
-  return instance != other.instance ? instance < other.instance : face < other.face;
+// Of two hits at one t, which counts? The order is total, so that the answer does not depend on the order
+// in which hits are found.
+inline bool comes_before(std::int32_t instance, std::int32_t face, dvec2 uv, std::int32_t other_instance,
+                         std::int32_t other_face, dvec2 other_uv) {
+  if (other_face == kNoFace) return true;
+  if (instance != other_instance) return instance < other_instance;
+  if (face != other_face) return face < other_face;
+  return uv.x != other_uv.x ? uv.x < other_uv.x : uv.y < other_uv.y;
 }
+
+// Unit length up to rounding: t is then the same number in both frames.
+inline bool is_unit(double length2) { return std::abs(length2 - 1.0) <= 4e-15; }
 
 }  // namespace trimray::trace

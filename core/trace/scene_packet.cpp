@@ -11,11 +11,15 @@ namespace {
 struct WorldPacket {
   const Scene::Impl& scene;
   TraceStats& stats;
-  std::span<const Ray> rays;
-  RayPacket boxes;
-  Hit best[kPacketSize];            // t starts at the ray's tmax
-  dvec3 normal[kPacketSize];        // of patch roots, in the prototype, Su x Sv
+  bool unit = true;              // every direction has unit length: identity instances use `rays` as they are
   std::uint64_t near_edge = 0;
+  RayBlock rays;                 // tmax: the nearest hit so far
+  RayPacket boxes;
+  std::int32_t face[kPacketSize], instance[kPacketSize];  // of that hit
+  dvec2 uv[kPacketSize];
+  dvec3 normal[kPacketSize];     // of patch roots, outward, in the prototype
+
+  WorldPacket(const Scene::Impl& s, TraceStats& counters) : scene(s), stats(counters) {}
 };
 
 // The packet inside one instance, in the prototype's coordinates.
@@ -23,18 +27,24 @@ struct InstancePacket {
   WorldPacket& world;
   const PrototypeScene& prototype;
   std::int32_t instance;
+  RayBlock& rays;       // the world's own for an identity instance
+  const double* scale;  // t here = t in the world * scale; null: all 1
   RayPacket boxes;
-  Ray rays[kPacketSize];
-  double scale[kPacketSize];
+
+  InstancePacket(WorldPacket& w, const PrototypeScene& p, std::int32_t i, RayBlock& r, const double* s)
+      : world(w), prototype(p), instance(i), rays(r), scale(s) {}
+
+  Ray ray(int i) const { return {rays.origin(i), rays.direction(i), rays.tmin[i], rays.tmax[i]}; }
 
   void consider(int i, double t_local, std::int32_t face, dvec2 uv, const dvec3* normal) {
-    const double t = t_local / scale[i];
-    const Ray& ray = world.rays[i];
-    Hit& best = world.best[i];
-    if (!(t >= ray.tmin && t <= ray.tmax) || !comes_before(t, instance, face, best)) return;
-    best.t = t, best.face = face, best.instance = instance, best.uv_face = uv;
+    const double t = scale ? t_local / scale[i] : t_local;
+    const double best = world.rays.tmax[i];
+    if (!(t >= world.rays.tmin[i] && t <= best)) return;
+    if (t == best && !comes_before(instance, face, uv, world.instance[i], world.face[i], world.uv[i])) return;
+    world.face[i] = face, world.instance[i] = instance, world.uv[i] = uv;
     if (normal) world.normal[i] = *normal;
-    rays[i].tmax = t_local;
+    world.rays.tmax[i] = t;
+    rays.tmax[i] = t_local;
     boxes.set_tmax(i, t_local);
   }
 
@@ -52,7 +62,7 @@ struct InstancePacket {
     for (; active != 0; active &= active - 1) {
       const int i = std::countr_zero(active);
       ClosedRoot roots[kMaxClosedRoots];
-      const int count = closed_form_roots(form, rays[i].org, rays[i].dir, leaf.uv, rays[i].tmin, rays[i].tmax, roots);
+      const int count = closed_form_roots(form, rays.origin(i), rays.direction(i), leaf.uv, rays.tmin[i], rays.tmax[i], roots);
       for (int k = 0; k < count; ++k) {
         dvec2 uv;
         if (!inside(p, leaf.core, roots[k].uv, uv)) continue;
@@ -63,7 +73,7 @@ struct InstancePacket {
   }
 
   void patch_root(const ScenePrimitive& p, const Box2& core, int i, double t, dvec2 raw, const dvec3& normal) {
-    if (!(t >= rays[i].tmin && t <= rays[i].tmax)) return;
+    if (!(t >= rays.tmin[i] && t <= rays.tmax[i])) return;
     dvec2 uv;
     if (inside(p, core, raw, uv)) consider(i, t, p.face, uv, &normal);
   }
@@ -77,8 +87,8 @@ struct InstancePacket {
       int count = 0;
       for (; active != 0 && count < kLanes; active &= active - 1, ++count) {
         const int i = index[count] = std::countr_zero(active);
-        lanes.org_x[count] = rays[i].org.x, lanes.org_y[count] = rays[i].org.y, lanes.org_z[count] = rays[i].org.z;
-        lanes.dir_x[count] = rays[i].dir.x, lanes.dir_y[count] = rays[i].dir.y, lanes.dir_z[count] = rays[i].dir.z;
+        lanes.org_x[count] = rays.org[0][i], lanes.org_y[count] = rays.org[1][i], lanes.org_z[count] = rays.org[2][i];
+        lanes.dir_x[count] = rays.dir[0][i], lanes.dir_y[count] = rays.dir[1][i], lanes.dir_z[count] = rays.dir[2][i];
       }
       for (int k = count; k < kLanes; ++k) {
         lanes.org_x[k] = lanes.org_x[0], lanes.org_y[k] = lanes.org_y[0], lanes.org_z[k] = lanes.org_z[0];
@@ -99,7 +109,7 @@ struct InstancePacket {
       for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
         const int i = index[std::countr_zero(rest)];
         std::vector<Root> found;
-        prototype.patches.all_roots(p.leaf, rays[i], found);
+        prototype.patches.all_roots(p.leaf, ray(i), found);
         for (const Root& root : found) patch_root(p, leaf.uv_face, i, root.t, root.uv_face, root.normal);
       }
     }
@@ -113,72 +123,82 @@ void visit_primitive(void* context, std::int32_t index, std::uint64_t active) {
   if (p.closed) packet.closed_leaf(p, active); else packet.patch_leaf(p, active);
 }
 
+// Ray by ray, by the very steps of the exact way.
+void into_instance(const WorldPacket& world, const InstanceScene& instance, std::uint64_t active, RayBlock& out, double* scale) {
+  for (std::uint64_t rest = active; rest != 0; rest &= rest - 1) {
+    const int i = std::countr_zero(rest);
+    const Ray ray = instance.local({world.rays.origin(i), world.rays.direction(i), world.rays.tmin[i], world.rays.tmax[i]}, scale[i]);
+    out.set(i, ray.org, ray.dir, ray.tmin, ray.tmax);
+  }
+}
+
+void trace_instance(InstancePacket& packet, std::uint64_t active) {
+  WorldPacket& world = packet.world;
+  packet.boxes.set(packet.prototype.bvh, packet.rays, active);
+  traverse(packet.prototype.bvh, packet.boxes, visit_primitive, &packet, &world.stats.nodes);
+  // Edges in front of the nearest hit so far, or at it.
+  const EdgeSieve& sieve = packet.prototype.sieve;
+  packet.boxes.set(sieve.bvh(), packet.rays, active & ~world.near_edge);
+  if (packet.boxes.live != 0) world.near_edge |= sieve.near(packet.boxes, &world.stats.nodes);
+}
+
 void visit_instance(void* context, std::int32_t index, std::uint64_t active) {
   auto& world = *static_cast<WorldPacket*>(context);
   const InstanceScene& instance = world.scene.instances[index];
-  InstancePacket packet{world, *world.scene.prototypes[instance.prototype], index, {}, {}, {}};
+  const PrototypeScene& prototype = *world.scene.prototypes[instance.prototype];
+  if (instance.identity && world.unit) {
+    InstancePacket packet(world, prototype, index, world.rays, nullptr);
+    trace_instance(packet, active);
+  } else {
+    RayBlock local;
+    double scale[kPacketSize];
+    into_instance(world, instance, active, local, scale);
+    InstancePacket packet(world, prototype, index, local, scale);
+    trace_instance(packet, active);
+  }
   for (std::uint64_t rest = active; rest != 0; rest &= rest - 1) {
     const int i = std::countr_zero(rest);
-    Ray ray = world.rays[i];
-    ray.tmax = world.best[i].t;
-    packet.rays[i] = instance.local(ray, packet.scale[i]);
-    packet.boxes.set(i, packet.prototype.bvh, packet.rays[i].org, packet.rays[i].dir, packet.rays[i].tmin, packet.rays[i].tmax);
-  }
-  packet.boxes.finish();
-  traverse(packet.prototype.bvh, packet.boxes, visit_primitive, &packet, &world.stats.nodes);
-
-  // Edges in front of the nearest hit so far, or at it.
-  const EdgeSieve& sieve = packet.prototype.sieve;
-  packet.boxes.live = 0;
-  for (std::uint64_t rest = active & ~world.near_edge; rest != 0; rest &= rest - 1) {
-    const int i = std::countr_zero(rest);
-    packet.boxes.set(i, sieve.bvh(), packet.rays[i].org, packet.rays[i].dir, packet.rays[i].tmin, packet.rays[i].tmax);
-  }
-  packet.boxes.finish();
-  world.near_edge |= sieve.near(packet.boxes, &world.stats.nodes);
-  for (std::uint64_t rest = active; rest != 0; rest &= rest - 1) {
-    const int i = std::countr_zero(rest);
-    world.boxes.set_tmax(i, world.best[i].t);
+    world.boxes.set_tmax(i, world.rays.tmax[i]);
   }
 }
 
 }  // namespace
 
 void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& counters) const {
-  WorldPacket packet{*this, counters, rays, {}, {}, {}, 0};
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    packet.best[i].t = rays[i].tmax;
-    packet.boxes.set(static_cast<int>(i), bvh, rays[i].org, rays[i].dir, rays[i].tmin, rays[i].tmax);
+  WorldPacket packet(*this, counters);
+  const std::size_t count = rays.size();
+  for (std::size_t i = 0; i < kPacketSize; ++i) {
+    const Ray& ray = rays[std::min(i, count - 1)];
+    packet.rays.set(static_cast<int>(i), ray.org, ray.dir, ray.tmin, ray.tmax);
+    packet.unit &= is_unit(glm::dot(ray.dir, ray.dir));
+    packet.face[i] = kNoFace, packet.instance[i] = -1;
   }
-  for (int i = static_cast<int>(rays.size()); i < kPacketSize; ++i)
-    packet.boxes.set(i, bvh, dvec3(0.0), dvec3(0.0), 1.0, 0.0);
-  packet.boxes.finish();
+  packet.boxes.set(bvh, packet.rays, count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
   traverse(bvh, packet.boxes, visit_instance, &packet, &counters.nodes);
-  counters.rays += rays.size();
+  counters.rays += count;
 
   std::vector<Hit> all;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    Hit& best = packet.best[i];
-    if ((packet.near_edge >> i) & 1 && near_edge(rays[i], best.t)) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if ((packet.near_edge >> i) & 1 && near_edge(rays[i], packet.rays.tmax[i])) {
       ++counters.edge_rays;
       all.clear();
       all_hits(rays[i], all);
       out[i] = all.empty() ? Hit{} : all.front();
       continue;
     }
-    if (best.face == kNoFace) {
+    const std::int32_t face = packet.face[i];
+    if (face == kNoFace) {
       out[i] = Hit{};
       continue;
     }
-    const PrototypeScene& prototype = *prototypes[instances[best.instance].prototype];
-    const ClosedForm& form = prototype.form(best.face);
+    const InstanceScene& instance = instances[packet.instance[i]];
+    const ClosedForm& form = prototypes[instance.prototype]->form(face);
     dvec3 n = packet.normal[i];
     if (form.kind != nurbs::SurfaceKind::kNone) {
-      n = closed_form_normal(form, best.uv_face);
-      if (store->faces[best.face].reversed) n = -n;
+      n = closed_form_normal(form, packet.uv[i]);
+      if (store->faces[face].reversed) n = -n;
     }
-    best.normal = instances[best.instance].normal(n);
-    out[i] = best;
+    out[i] = {packet.rays.tmax[i], face, packet.instance[i], packet.uv[i], instance.normal(n)};
   }
 }
 

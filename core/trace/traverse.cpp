@@ -1,8 +1,5 @@
 #include "core/trace/traverse.h"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
@@ -126,6 +123,61 @@ std::uint64_t NearCapsuleKernel(const RayPacket& p, const Capsule& c, std::uint6
   return result & rays;
 }
 
+// The ray from its point nearest to the center of the Bvh, in double, then rounded to float.
+void SetKernel(RayPacket& p, const Bvh& bvh, const RayBlock& block, std::uint64_t rays) {
+  using Doubles = hn::CappedTag<double, 8>;
+  const Doubles d;
+  const hn::Rebind<float, Doubles> f;
+  const std::size_t lanes = hn::Lanes(d);
+  const std::uint64_t group = (std::uint64_t{1} << lanes) - 1;
+  const auto radius = hn::Set(d, bvh.radius), radius2 = hn::Set(d, bvh.radius * bvh.radius);
+  const auto far = hn::Set(d, static_cast<double>(RayPacket::kFar)), grow = hn::Set(d, RayPacket::kAbove);
+  const auto min_dir = hn::Set(f, 1e-18f);  // in its place, a direction of zero keeps the ray in its slab
+  // As RayPacket::float_above.
+  const auto above = [&](auto t) HWY_ATTR {
+    return hn::DemoteTo(f, hn::Min(hn::Max(hn::Add(t, hn::Mul(hn::Abs(t), grow)), hn::Neg(far)), far));
+  };
+  auto sum_x = hn::Zero(d), sum_y = hn::Zero(d), sum_z = hn::Zero(d);
+  p.live = 0;
+  for (std::size_t i = 0; i < kPacketSize; i += lanes) {
+    if (!((rays >> i) & group)) continue;
+    const auto dx = hn::Load(d, block.dir[0] + i), dy = hn::Load(d, block.dir[1] + i), dz = hn::Load(d, block.dir[2] + i);
+    auto x = hn::Sub(hn::Load(d, block.org[0] + i), hn::Set(d, bvh.center.x));
+    auto y = hn::Sub(hn::Load(d, block.org[1] + i), hn::Set(d, bvh.center.y));
+    auto z = hn::Sub(hn::Load(d, block.org[2] + i), hn::Set(d, bvh.center.z));
+    const auto nearest = hn::Neg(hn::Add(hn::Add(hn::Mul(x, dx), hn::Mul(y, dy)), hn::Mul(z, dz)));
+    x = hn::Add(x, hn::Mul(nearest, dx)), y = hn::Add(y, hn::Mul(nearest, dy)), z = hn::Add(z, hn::Mul(nearest, dz));
+    const auto tmin = hn::Load(d, block.tmin + i), tmax = hn::Load(d, block.tmax + i);
+    const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+    const auto in_ball = hn::And(hn::Le(distance2, radius2), hn::Le(tmin, tmax));
+    const auto in_range = hn::And(hn::Ge(tmax, hn::Sub(nearest, radius)), hn::Le(tmin, hn::Add(nearest, radius)));
+    const auto meets = hn::And(in_ball, in_range);
+    alignas(8) std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, meets, bytes);
+    const std::uint64_t bits = bytes[0] & group & (rays >> i);
+    if (bits == 0) continue;
+    p.live |= bits << i;
+    hn::Store(hn::DemoteTo(f, x), f, p.org[0] + i);
+    hn::Store(hn::DemoteTo(f, y), f, p.org[1] + i);
+    hn::Store(hn::DemoteTo(f, z), f, p.org[2] + i);
+    const auto store_dir = [&](int axis, auto direction) HWY_ATTR {
+      const auto v = hn::DemoteTo(f, direction);
+      hn::Store(v, f, p.dir[axis] + i);
+      const auto safe = hn::IfThenElse(hn::Lt(hn::Abs(v), min_dir), hn::CopySign(min_dir, v), v);
+      hn::Store(hn::Div(hn::Set(f, 1.0f), safe), f, p.inv[axis] + i);
+    };
+    store_dir(0, dx), store_dir(1, dy), store_dir(2, dz);
+    hn::Store(nearest, d, p.t0 + i);
+    hn::Store(hn::Neg(above(hn::Sub(nearest, tmin))), f, p.tmin + i);
+    hn::Store(above(hn::Sub(tmax, nearest)), f, p.tmax + i);
+    sum_x = hn::Add(sum_x, hn::IfThenElseZero(meets, dx)), sum_y = hn::Add(sum_y, hn::IfThenElseZero(meets, dy));
+    sum_z = hn::Add(sum_z, hn::IfThenElseZero(meets, dz));
+  }
+  p.order[0] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_x)));
+  p.order[1] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_y)));
+  p.order[2] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_z)));
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace trimray::trace
 HWY_AFTER_NAMESPACE();
@@ -135,6 +187,7 @@ namespace trimray::trace {
 
 HWY_EXPORT(TraverseKernel);
 HWY_EXPORT(NearCapsuleKernel);
+HWY_EXPORT(SetKernel);
 
 void traverse(const Bvh& bvh, RayPacket& packet, LeafVisitor visit, void* context, std::uint64_t* nodes) {
   if (bvh.nodes.empty() || packet.live == 0) return;
@@ -145,44 +198,8 @@ std::uint64_t near_capsule(const RayPacket& packet, const Capsule& capsule, std:
   return HWY_DYNAMIC_DISPATCH(NearCapsuleKernel)(packet, capsule, rays);
 }
 
-namespace {
-
-constexpr float kFar = 3e37f;   // stands for infinity: finite, so that no NaN arises
-constexpr float kMinDir = 1e-18f;
-
-// Rounded towards +infinity by more than a float's half ulp.
-float float_above(double t) {
-  return static_cast<float>(std::clamp(t + std::abs(t) * 1.2e-7, -static_cast<double>(kFar), static_cast<double>(kFar)));
-}
-
-}  // namespace
-
-bool RayPacket::set(int i, const Bvh& bvh, dvec3 ray_org, dvec3 ray_dir, double ray_tmin, double ray_tmax) {
-  const double nearest = glm::dot(bvh.center - ray_org, ray_dir);
-  const dvec3 o = (ray_org - bvh.center) + nearest * ray_dir;
-  const std::uint64_t bit = std::uint64_t{1} << i;
-  live &= ~bit;
-  const bool meets = glm::dot(o, o) <= bvh.radius * bvh.radius && ray_tmin <= ray_tmax &&
-                     ray_tmax >= nearest - bvh.radius && ray_tmin <= nearest + bvh.radius;
-  for (int a = 0; a < 3; ++a) {
-    org[a][i] = meets ? static_cast<float>(o[a]) : 0.0f;
-    dir[a][i] = meets ? static_cast<float>(ray_dir[a]) : 0.0f;
-    const float x = dir[a][i];
-    inv[a][i] = 1.0f / (std::abs(x) < kMinDir ? std::copysign(kMinDir, x) : x);
-  }
-  t0[i] = nearest;
-  tmin[i] = meets ? -float_above(nearest - ray_tmin) : 0.0f;
-  tmax[i] = meets ? float_above(ray_tmax - nearest) : -1.0f;
-  if (meets) live |= bit;
-  return meets;
-}
-
-void RayPacket::set_tmax(int i, double ray_tmax) { tmax[i] = float_above(ray_tmax - t0[i]); }
-
-void RayPacket::finish() {
-  order[0] = order[1] = order[2] = 0.0f;
-  for (std::uint64_t rest = live; rest != 0; rest &= rest - 1)
-    for (int a = 0; a < 3; ++a) order[a] += dir[a][std::countr_zero(rest)];
+void RayPacket::set(const Bvh& bvh, const RayBlock& block, std::uint64_t rays) {
+  HWY_DYNAMIC_DISPATCH(SetKernel)(*this, bvh, block, rays);
 }
 
 }  // namespace trimray::trace

@@ -53,6 +53,7 @@ void check(const std::vector<Box3>& boxes, dvec3 shift, bool axis_parallel) {
   std::uint64_t nodes = 0, extra = 0, met = 0;
   for (int round = 0; round < 20; ++round) {
     auto packet = std::make_unique<RayPacket>();
+    auto block = std::make_unique<RayBlock>();
     auto visits = std::make_unique<Visits>();
     dvec3 org[kPacketSize], dir[kPacketSize];
     double tmin[kPacketSize], tmax[kPacketSize];
@@ -61,9 +62,9 @@ void check(const std::vector<Box3>& boxes, dvec3 shift, bool axis_parallel) {
       if (axis_parallel) dir[i] = dvec3(0.0), dir[i][i % 3] = i % 2 ? 1.0 : -1.0;
       org[i] = shift + 40.0 * dvec3(unit(random), unit(random), unit(random)) - 1e3 * dir[i];
       tmin[i] = i % 5 == 0 ? 1000.0 : -kInf, tmax[i] = i % 7 == 0 ? 1010.0 : kInf;
-      packet->set(i, bvh, org[i], dir[i], tmin[i], tmax[i]);
+      block->set(i, org[i], dir[i], tmin[i], tmax[i]);
     }
-    packet->finish();
+    packet->set(bvh, *block, ~std::uint64_t{0});
     traverse(bvh, *packet, note, visits.get(), &nodes);
     for (int i = 0; i < kPacketSize; ++i) {
       std::set<int> one;
@@ -112,7 +113,9 @@ TEST(BvhTest, BoxesOnTopOfEachOtherDoNotDeepenTheTree) {
 TEST(BvhTest, RaysThatAreNotFiniteMeetNothing) {
   const Bvh bvh = build_bvh(random_boxes(50, dvec3(0.0), 5));
   auto packet = std::make_unique<RayPacket>();
-  for (int i = 0; i < kPacketSize; ++i) packet->set(i, bvh, dvec3(i % 2 ? kNaN : 0.0), dvec3(i % 2 ? 1.0 : kNaN, 0, 0), 0.0, kInf);
+  auto block = std::make_unique<RayBlock>();
+  for (int i = 0; i < kPacketSize; ++i) block->set(i, dvec3(i % 2 ? kNaN : 0.0), dvec3(i % 2 ? 1.0 : kNaN, 0, 0), 0.0, kInf);
+  packet->set(bvh, *block, ~std::uint64_t{0});
   EXPECT_EQ(packet->live, 0u);
 }
 
@@ -133,18 +136,19 @@ TEST(CapsuleTest, NoRayWithinTheRadiusIsMissed) {
     const double radius = 0.01;
     c.radius = static_cast<float>(radius + kCapsuleSlack * bvh.radius);
     auto packet = std::make_unique<RayPacket>();
+    auto block = std::make_unique<RayBlock>();
     double distance[kPacketSize];
     for (int i = 0; i < kPacketSize; ++i) {
       const dvec3 dir = glm::normalize(dvec3(unit(random), unit(random), unit(random)));
       const double s = 0.5 + 0.6 * unit(random);
       const dvec3 p = a + s * (b - a) + 0.015 * dvec3(unit(random), unit(random), unit(random));
-      packet->set(i, bvh, p - 30.0 * dir, dir, -kInf, kInf);
+      block->set(i, p - 30.0 * dir, dir, -kInf, kInf);
       // Distance between the line and the segment, by calculus on the segment.
       const dvec3 w = (a - p) - glm::dot(a - p, dir) * dir, e = (b - a) - glm::dot(b - a, dir) * dir;
       const double at = std::clamp(-glm::dot(w, e) / glm::dot(e, e), 0.0, 1.0);
       distance[i] = glm::length(w + at * e);
     }
-    packet->finish();
+    packet->set(bvh, *block, ~std::uint64_t{0});
     const std::uint64_t taken = near_capsule(*packet, c, packet->live);
     for (int i = 0; i < kPacketSize; ++i) {
       const bool bit = (taken >> i) & 1;
