@@ -64,7 +64,7 @@ std::optional<SplineCurve<Hom<D>>> spline_form(const brep::Curve<Vec<D>>& c, dou
     if (!knots_valid(c.knots, c.multiplicities, c.degree, c.poles.size(), c.periodic)) return {};
     const double period = c.knots.back() - c.knots.front();
     if (c.periodic && (b - a) > kMaxTurns * period) return {};
-    if (c.periodic && std::abs(a - c.knots.front()) > 1e6 * period) return {};
+    if (c.periodic && !(std::abs(a - c.knots.front()) <= kMaxTurnsAway * period)) return {};
     FlatKnots flat = flatten_knots(c.knots, c.multiplicities, c.degree, static_cast<int>(c.poles.size()), c.periodic, a, b);
     r.knots = std::move(flat.knots), wrap = std::move(flat.wrap);
   }

@@ -13,6 +13,8 @@ namespace trimray::nurbs {
 
 // Coordinates, radii and parameters beyond this are refused as damaged (mm).
 inline constexpr double kMaxCoordinate = 1e12;
+// Periods that a range may lie away from a periodic spline's first knot; counts of knots stay far below 2^31.
+inline constexpr double kMaxTurnsAway = 1e3;
 
 // Homogeneous control points of pieces of one curve; ranges refer to ctrl. Pieces follow each other.
 template <typename H>

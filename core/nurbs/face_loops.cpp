@@ -135,6 +135,12 @@ class LoopCloser {
     return c;
   }
 
+  // Rounded; damaged p-curves may be any number of turns away.
+  static int whole_turns(double turns) {
+    constexpr double kMany = 1e6;
+    return std::abs(turns) < kMany ? static_cast<int>(std::round(turns)) : static_cast<int>(kMany);
+  }
+
   // Shifts the uses of a chain by periods so that each begins where the one before ends, and bridges poles.
   void unroll(std::vector<WireUse> chain) {
     LoopWork loop;
@@ -158,7 +164,7 @@ class LoopCloser {
     int turns[2] = {0, 0};
     if (!join(from, to, chain.front().tolerance))
       for (int d = 0; d < 2; ++d)
-        if (periods_[d] > 0.0) turns[d] = static_cast<int>(std::round((from[d] - to[d]) / periods_[d]));
+        if (periods_[d] > 0.0) turns[d] = whole_turns((from[d] - to[d]) / periods_[d]);
     // A pole was bridged the wrong way round: the whole turn belongs there.
     for (int d = 0; d < 2; ++d) {
       if (turns[d] == 0 || bridge < 0) continue;

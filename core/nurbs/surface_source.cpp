@@ -189,6 +189,10 @@ bool spline_over(const brep::Surface& b, const SurfaceSource& source, Box2 box, 
     f.degree_u = b.degree_u, f.degree_v = b.degree_v;
     widen_spline(box.lower.x, box.upper.x, {source.natural.lower.x, source.natural.upper.x, f.period_u}, b.knots_u);
     widen_spline(box.lower.y, box.upper.y, {source.natural.lower.y, source.natural.upper.y, f.period_v}, b.knots_v);
+    const auto far = [](double t, double first, double period) {
+      return period > 0.0 && !(std::abs(t - first) <= kMaxTurnsAway * period);
+    };
+    if (far(box.lower.x, b.knots_u.front(), f.period_u) || far(box.lower.y, b.knots_v.front(), f.period_v)) return false;
     u = flatten_knots(b.knots_u, b.multiplicities_u, f.degree_u, b.count_u, b.periodic_u, box.lower.x, box.upper.x);
     v = flatten_knots(b.knots_v, b.multiplicities_v, f.degree_v, b.count_v, b.periodic_v, box.lower.y, box.upper.y);
   }
