@@ -29,9 +29,10 @@ def bracket() -> Model:
     part = base.union(wall)
     part = part.edges("|Y").edges(cq.NearestToPointSelector((-32, 0, 8))).fillet(10)
     part = part.edges("|Z and >X").fillet(12).edges("|X and >Z").fillet(8)
-    part = part.faces("<Z").workplane(invert=True).center(8, 0)
-    part = part.pushPoints([(15, 14), (15, -14)]).cboreHole(6.5, 11, 4)
-    part = part.faces(">Z[-2]").workplane(origin=(8, 0, 8)).center(-8, 0).slot2D(20, 7).cutThruAll()
+    top = part.faces(cq.NearestToPointSelector((8, 0, 8))).workplane(origin=(0, 0, 8))
+    part = top.pushPoints([(26, 14), (26, -14)]).cboreHole(6.5, 11, 4)
+    top = part.faces(cq.NearestToPointSelector((8, 0, 8))).workplane(origin=(0, 0, 8))
+    part = top.slot2D(20, 7).cutThruAll()
     part = part.faces("<X").workplane(origin=(-40, 0, 26)).hole(16)
     return part.faces(">X").edges(">Z or <Z").chamfer(1)
 
@@ -47,9 +48,7 @@ def assembly() -> Model:
     leaf = cq.Assembly(name="leaf")
     leaf.add(plate, name="plate", color=cq.Color(0.2, 0.45, 0.7))
     for k, (x, y) in enumerate([(10, 8), (10, -8), (30, 8), (30, -8)]):
-        leaf.add(
-            screw, name=f"screw{k}", loc=cq.Location((x, y, 4)), color=cq.Color(0.8, 0.65, 0.3)
-        )
+        leaf.add(screw, name=f"screw{k}", loc=cq.Location((x, y, 4)), color=cq.Color(0.8, 0.65, 0.3))
     hinge = cq.Assembly(name="hinge")
     hinge.add(leaf, name="right", loc=cq.Location((4, 0, 0)))
     hinge.add(leaf, name="left", loc=cq.Location((-4, 0, 0), (0, 0, 1), 180))

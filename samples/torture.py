@@ -106,11 +106,7 @@ def far_away() -> cq.Workplane:
 
 def revolved_spline() -> cq.Workplane:
     """A spline turned about an axis that it starts on: a surface of revolution with a pole."""
-    profile = (
-        cq.Workplane("XZ")
-        .moveTo(0, 0)
-        .spline([(6, 2), (9, 8), (4, 14), (6, 20)], includeCurrent=True)
-    )
+    profile = cq.Workplane("XZ").moveTo(0, 0).spline([(6, 2), (9, 8), (4, 14), (6, 20)], includeCurrent=True)
     return profile.lineTo(0, 20).close().revolve(360, (0, 0, 0), (0, 1, 0))
 
 
@@ -138,9 +134,7 @@ def thick_shell() -> cq.Shape:
 def helix_thread() -> cq.Workplane:
     """A swept thread: long thin spline faces with many spans."""
     helix = cq.Wire.makeHelix(2, 8, 5)
-    profile = (
-        cq.Workplane("XZ").center(5, 0).polyline([(-0.3, -0.6), (0.7, 0), (-0.3, 0.6)]).close()
-    )
+    profile = cq.Workplane("XZ").center(5, 0).polyline([(-0.3, -0.6), (0.7, 0), (-0.3, 0.6)]).close()
     return profile.sweep(cq.Workplane(obj=helix), isFrenet=True)
 
 
