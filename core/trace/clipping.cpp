@@ -21,9 +21,6 @@ constexpr double kOverlap = 0.0625;  // of the width, on every side
 constexpr double kMinWidth = 1.0 / (1 << 29);
 constexpr double kMinWidthAtPole = kMinWidth / (1 << 13);
 
-// A line that passes the point of a collapsed side within this fraction of the patch's size meets the side.
-constexpr double kPoleReach = 1e-10;
-
 struct ClipBox {
   SubDomain core;
 };
@@ -91,6 +88,8 @@ class Search {
   bool examine(const ClipBox& box, ClipBox& low, ClipBox& high) {
     const SubDomain& c = box.core;
     const double wu = c.u1 - c.u0, wv = c.v1 - c.v0;
+    for (int k = 0; k < pole_count_; ++k)
+      if (near_side({c.u0, c.v0}, poles_found_[k].side) && near_side({c.u1, c.v1}, poles_found_[k].side)) return false;
     const SubDomain wide{c.u0 - kOverlap * wu, c.u1 + kOverlap * wu, c.v0 - kOverlap * wv, c.v1 + kOverlap * wv};
     dvec2 f[kMaxNet];
     std::copy(whole_, whole_ + count_, f);
@@ -172,8 +171,8 @@ class Search {
 
   // The same root from two boxes counts once.
   void add(const PatchRoot& root) {
-    for (const Pole& pole : poles_found_)
-      if (std::fabs(root.t - pole.t) < pole.reach && near_side(root, pole.side)) return;
+    for (int k = 0; k < pole_count_; ++k)
+      if (near_side({root.u, root.v}, poles_found_[k].side)) return;
     for (std::size_t k = first_; k < roots_.size(); ++k) {
       const PatchRoot& r = roots_[k];
       if (std::fabs(r.u - root.u) <= 1e-10 && std::fabs(r.v - root.v) <= 1e-10 &&
@@ -183,18 +182,18 @@ class Search {
     roots_.push_back(root);
   }
 
+  // A collapsed side that the line meets; the parameters next to it are the one root's.
   struct Pole {
     std::uint8_t side = 0;
-    double t = 0.0, reach = -1.0;
   };
 
-  static bool near_side(const PatchRoot& r, std::uint8_t side) {
-    const double distance = side == kSideU0 ? r.u : side == kSideU1 ? 1.0 - r.u : side == kSideV0 ? r.v : 1.0 - r.v;
+  static bool near_side(const dvec2& x, std::uint8_t side) {
+    const double distance = side == kSideU0 ? x.x : side == kSideU1 ? 1.0 - x.x : side == kSideV0 ? x.y : 1.0 - x.y;
     return std::fabs(distance) < 1e-7;
   }
 
   // A line through a collapsed side's point meets it at every parameter along the side: one root, reported
-  // here; the boxes that shrink onto the side end unresolved.
+  // here; boxes that have shrunk onto the side are dropped.
   void find_poles() {
     const double u0 = leaf_.mid_u - leaf_.half_u, u1 = leaf_.mid_u + leaf_.half_u;
     const double v0 = leaf_.mid_v - leaf_.half_v, v1 = leaf_.mid_v + leaf_.half_v;
@@ -211,7 +210,7 @@ class Search {
     const dvec4* net = pool_.net.data() + patch_.net;
     const dvec3 p = xyz(net[first]) / net[first].w;
     const double distance = glm::length(glm::cross(p - o_, ray_.dir));
-    if (!(distance <= kPoleReach * patch_.size)) return;
+    if (!(distance <= patch_.pole_reach)) return;
     // S = p + e G(x) / w + O(e^2), e the distance from the side: the limit normal is +-G x G'.
     dvec3 g[nurbs::kMaxDegree + 1];
     for (dvec3& x : g) x = dvec3(0.0);
@@ -232,8 +231,8 @@ class Search {
     normal /= length;
     // The tangent plane there, unless the line grazes it.
     const double slope = glm::dot(normal, ray_.dir), straight = glm::dot(p - o_, ray_.dir);
-    const double t = std::fabs(slope) > 0.1 ? glm::dot(p - o_, normal) / slope : straight;
-    poles_found_[pole_count_++ & 3] = {side, t_shift_ + t, 1e-8 * patch_.size};
+    const double t = std::fabs(slope) > 1e-6 ? glm::dot(p - o_, normal) / slope : straight;
+    poles_found_[pole_count_++] = {side};
     roots_.push_back({at.x, at.y, t_shift_ + t, normal});
   }
 

@@ -202,7 +202,11 @@ void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margi
   Box2 box = f.uv_box;
   box.lower -= dvec2(m.side[0], m.side[2]);
   box.upper += dvec2(m.side[1], m.side[3]);
+  const std::size_t first = pool.patches.size();
   append_spans(store, face, box, pool);
+  double size = 0.0;
+  for (std::size_t k = first; k < pool.patches.size(); ++k) size = std::max(size, pool.patches[k].size);
+  for (std::size_t k = first; k < pool.patches.size(); ++k) pool.patches[k].pole_reach = kPoleReach * size;
 }
 
 void append_pool(const PatchPool& b, PatchPool& a) {

@@ -32,6 +32,8 @@ struct Patch {
   bool rational = false, power = true, reversed = false;
   std::uint8_t poles = 0;          // sides that collapse to a point
   double size = 0.0;               // diagonal of the control hull, mm
+  double pole_reach = 0.0;         // a line that passes a collapsed side's point this near meets the side, mm; the
+                                   // same for all patches of a face, so that those around a pole agree
   double offset = 0.0;
   dvec3 origin{0.0};               // everything below is relative to it
   std::int64_t net = 0;            // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
@@ -54,6 +56,9 @@ struct alignas(64) LeafBound {
 
 // The uniqueness proof covers the leaf widened by this factor about its middle.
 inline constexpr double kExtend = 1.3;
+
+// Patch::pole_reach as a fraction of the largest patch of the face.
+inline constexpr double kPoleReach = 1e-10;
 
 struct PatchPool {
   std::vector<Patch> patches;

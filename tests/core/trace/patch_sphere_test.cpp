@@ -1,12 +1,7 @@
-// The patch kernel against closed forms: spheres, tori, cylinders and cones given as rational NURBS.
+// The patch kernel against closed forms: quadrics and tori given as rational NURBS, and offsets of them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <random>
-
-#include "core/nurbs/make_store.h"
-#include "core/trace/patch.h"
+#include "tests/core/trace/patch_rays.h"
 
 namespace trimray::trace {
 namespace {
@@ -14,26 +9,9 @@ namespace {
 using nurbs::FaceSpec;
 using nurbs::Frame3;
 
-struct Tally {
-  int rays = 0, roots = 0, wrong_count = 0, wrong_t = 0, open_lanes = 0, lanes = 0, wrong_one = 0, wrong_none = 0;
-  double worst_t = 0.0;
-};
+const Frame3 kFrame{dvec3(3, -2, 5), glm::normalize(dvec3(1, 2, 0.5)), glm::normalize(dvec3(-0.3, 0.2, 1))};
 
-// All roots of all leaves, deduplicated, sorted.
-std::vector<Root> every_root(const PatchSet& set, const Ray& ray, double scale) {
-  std::vector<Root> roots;
-  for (std::size_t k = 0; k < set.leaves().size(); ++k) set.all_roots(static_cast<std::int32_t>(k), ray, roots);
-  std::sort(roots.begin(), roots.end(), [](const Root& a, const Root& b) { return a.t < b.t; });
-  std::vector<Root> unique;
-  for (const Root& r : roots) {
-    const bool known = std::any_of(unique.begin(), unique.end(),
-                                   [&](const Root& other) { return same_root(r, other, scale); });
-    if (!known) unique.push_back(r);
-  }
-  return unique;
-}
-
-// Both roots of a sphere; none where the ray passes within rounding of its rim.
+// Both roots of a sphere; none where the ray passes beside it.
 std::vector<double> sphere_roots(const Ray& ray, const dvec3& center, double radius) {
   const dvec3 q = ray.org - center;
   const double b = glm::dot(q, ray.dir);
@@ -43,53 +21,133 @@ std::vector<double> sphere_roots(const Ray& ray, const dvec3& center, double rad
   return {-b - std::sqrt(disc), -b + std::sqrt(disc)};
 }
 
-void check_ray(const PatchSet& set, const Ray& ray, const std::vector<double>& truth, double scale, Tally& tally) {
+void check_ray(const PatchSet& set, const Ray& ray, const std::vector<double>& truth, double scale, double& worst) {
   const std::vector<Root> roots = every_root(set, ray, scale);
-  ++tally.rays;
-  tally.roots += static_cast<int>(roots.size());
-  if (roots.size() != truth.size()) {
-    ++tally.wrong_count;
-    return;
-  }
+  ASSERT_EQ(roots.size(), truth.size()) << describe(ray);
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    const double error = std::fabs(roots[k].t - truth[k]) / scale;
-    tally.worst_t = std::max(tally.worst_t, error);
-    EXPECT_EQ(roots[k].sign, k % 2 == 0 ? -1 : 1);
+    worst = std::max(worst, std::fabs(roots[k].t - truth[k]) / scale);
+    EXPECT_EQ(roots[k].sign, k % 2 == 0 ? -1 : 1) << describe(ray);
   }
 }
 
-// Random lines whose distance from a centre is spread over [0, reach], a share of it close to `near`.
-Ray random_ray(std::mt19937& rng, const dvec3& center, double reach, double near) {
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  const dvec3 d = glm::normalize(dvec3(normal(rng), normal(rng), normal(rng)));
-  const dvec3 side = glm::normalize(glm::cross(d, dvec3(normal(rng), normal(rng), normal(rng))));
-  double distance = reach * uniform(rng);
-  if (uniform(rng) < 0.3) distance = near * (1.0 - std::pow(10.0, -1.0 - 6.0 * uniform(rng)));
-  Ray ray;
-  ray.dir = d;
-  ray.org = center + side * distance - 3.0 * reach * d;
-  return ray;
-}
-
-TEST(PatchKernel, SphereAsNurbsHasExactlyTheClosedFormsRoots) {
-  const Frame3 frame{dvec3(3, -2, 5), glm::normalize(dvec3(1, 2, 0.5)), glm::normalize(dvec3(-0.3, 0.2, 1))};
-  FaceSpec face = nurbs::full_sphere(frame, 7.0);
+FaceSpec nurbs_sphere(const Frame3& frame, double radius) {
+  FaceSpec face = nurbs::full_sphere(frame, radius);
   face.surface = nurbs::as_nurbs(face.surface);
-  const auto store = nurbs::make_store(std::span(&face, 1));
-  const double margin = 1e-3;
-  const PatchSet set(store, 0, std::span(&margin, 1));
-  ASSERT_GT(set.leaves().size(), 8u);
+  return face;
+}
+
+TEST(PatchClosedForm, SphereHasExactlyItsTwoRoots) {
+  const Made made(nurbs_sphere(kFrame, 7.0));
   std::mt19937 rng(1);
-  Tally tally;
-  for (int k = 0; k < 20000; ++k) {
-    const Ray ray = random_ray(rng, frame.location, 8.0, 7.0);
-    check_ray(set, ray, sphere_roots(ray, frame.location, 7.0), 14.0, tally);
+  double worst = 0.0;
+  for (int k = 0; k < 6000; ++k) {
+    // A third of the rays graze: 0.1 down to 1e-7 of the radius inside the rim.
+    const Ray ray = random_ray(rng, kFrame.location, 8.0, 7.0);
+    check_ray(made.set, ray, sphere_roots(ray, kFrame.location, 7.0), 14.0, worst);
   }
-  EXPECT_EQ(tally.wrong_count, 0);
-  EXPECT_LT(tally.worst_t, 1e-12);
-  std::printf("sphere: %zu leaves, %d rays, worst |dt| %.3g of the diameter\n", set.leaves().size(), tally.rays,
-              tally.worst_t);
+  // Rounding of the distance from the rim, e, moves the root of a grazing ray by e / (1e-7)^(1/2).
+  EXPECT_LT(worst, 1e-12);
+}
+
+TEST(PatchClosedForm, RaysThroughPolesMeetThemOnce) {
+  const Made made(nurbs_sphere(kFrame, 7.0));
+  std::mt19937 rng(2);
+  std::normal_distribution<double> normal;
+  double worst = 0.0;
+  for (int k = 0; k < 600; ++k) {
+    const dvec3 pole = kFrame.location + (k % 2 ? 7.0 : -7.0) * kFrame.z_axis;
+    // Exactly at the pole, then ever nearer misses of it.
+    const double miss = k % 5 == 0 ? 0.0 : std::pow(10.0, -3.0 - k % 11);
+    const dvec3 d = glm::normalize(dvec3(normal(rng), normal(rng), normal(rng)));
+    const dvec3 aside(normal(rng), normal(rng), normal(rng));
+    const Ray ray{pole + miss * aside - 20.0 * d, d};
+    if (std::fabs(glm::dot(d, kFrame.z_axis)) < 1e-3) continue;
+    check_ray(made.set, ray, sphere_roots(ray, kFrame.location, 7.0), 14.0, worst);
+  }
+  EXPECT_LT(worst, 1e-12);
+}
+
+TEST(PatchClosedForm, FarFromTheOriginTheErrorIsThatOfTheCoordinates) {
+  Frame3 far = kFrame;
+  far.location = dvec3(1e5, -1e5, 1e5);
+  const Made made(nurbs_sphere(far, 7.0));
+  std::mt19937 rng(3);
+  double worst = 0.0;
+  for (int k = 0; k < 1500; ++k) {
+    const Ray ray = random_ray(rng, far.location, 6.9, 6.9);
+    check_ray(made.set, ray, sphere_roots(ray, far.location, 7.0), 14.0, worst);
+  }
+  EXPECT_LT(worst, 1e-9);
+}
+
+TEST(PatchClosedForm, CylinderHasExactlyItsRoots) {
+  FaceSpec face = nurbs::tube(kFrame, 3.0, -10.0, 10.0);
+  face.surface = nurbs::as_nurbs(face.surface);
+  const Made made(face);
+  std::mt19937 rng(4);
+  double worst = 0.0;
+  for (int k = 0; k < 3000; ++k) {
+    const Ray ray = random_ray(rng, kFrame.location, 4.0, 3.0);
+    const dvec3 q = ray.org - kFrame.location;
+    const dvec3 d = ray.dir - glm::dot(ray.dir, kFrame.z_axis) * kFrame.z_axis;
+    const dvec3 p = q - glm::dot(q, kFrame.z_axis) * kFrame.z_axis;
+    const double dd = glm::dot(d, d), b = glm::dot(p, d) / dd;
+    const dvec3 nearest = p - b * d;
+    const double disc = (3.0 - glm::length(nearest)) * (3.0 + glm::length(nearest)) / dd;
+    std::vector<double> truth;
+    bool at_rim = false;
+    if (disc > 0.0)
+      for (double t : {-b - std::sqrt(disc), -b + std::sqrt(disc)}) {
+        const double z = glm::dot(ray.org + t * ray.dir - kFrame.location, kFrame.z_axis);
+        at_rim = at_rim || std::fabs(std::fabs(z) - 10.0) < 0.01;  // beyond its ends the tube goes on a little
+        if (std::fabs(z) < 10.0) truth.push_back(t);
+      }
+    if (at_rim || truth.size() == 1) continue;
+    check_ray(made.set, ray, truth, 20.0, worst);
+  }
+  EXPECT_LT(worst, 1e-12);
+}
+
+TEST(PatchClosedForm, TorusRootsLieOnItInEvenNumbersAndAgreeWithTheQuartic) {
+  FaceSpec face = nurbs::full_torus(kFrame, 5.0, 2.0);
+  face.surface = nurbs::as_nurbs(face.surface);
+  const Made made(face);
+  std::mt19937 rng(5);
+  const dvec3 x = glm::normalize(kFrame.x_axis - glm::dot(kFrame.x_axis, kFrame.z_axis) * kFrame.z_axis);
+  const dvec3 y = glm::cross(kFrame.z_axis, x);
+  for (int k = 0; k < 2000; ++k) {
+    const Ray ray = random_ray(rng, kFrame.location, 7.5, 3.0);
+    const auto implicit = [&](double t) {
+      const dvec3 p = ray.org + t * ray.dir - kFrame.location;
+      const double ring = std::hypot(glm::dot(p, x), glm::dot(p, y)) - 5.0;
+      return std::hypot(ring, glm::dot(p, kFrame.z_axis)) - 2.0;
+    };
+    const std::vector<Root> roots = every_root(made.set, ray, 14.0);
+    ASSERT_EQ(roots.size() % 2, 0u) << describe(ray);
+    for (const Root& r : roots) EXPECT_LT(std::fabs(implicit(r.t)), 1e-12) << describe(ray);
+    // Sign changes on a fine grid can only miss pairs of roots.
+    std::size_t changes = 0;
+    constexpr int kGrid = 4000;
+    for (int i = 0; i < kGrid; ++i)
+      changes += (implicit(45.0 * i / kGrid) > 0.0) != (implicit(45.0 * (i + 1) / kGrid) > 0.0);
+    EXPECT_GE(roots.size(), changes) << describe(ray);
+    for (std::size_t i = 0; i < roots.size(); ++i) EXPECT_EQ(roots[i].sign, i % 2 == 0 ? -1 : 1) << describe(ray);
+  }
+}
+
+TEST(PatchClosedForm, OffsetOfASphereIsASphere) {
+  FaceSpec face = nurbs_sphere(kFrame, 5.0);
+  face.surface = nurbs::as_offset(face.surface, 1.5);
+  const Made made(face);
+  ASSERT_GT(made.set.leaves().size(), 0u);
+  std::mt19937 rng(6);
+  double worst = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    Ray ray = random_ray(rng, kFrame.location, 6.3, 6.0);
+    if (glm::length(glm::cross(ray.org + 30.0 * ray.dir - kFrame.location, kFrame.z_axis)) < 0.2) continue;
+    check_ray(made.set, ray, sphere_roots(ray, kFrame.location, 6.5), 13.0, worst);
+  }
+  EXPECT_LT(worst, 1e-11);
 }
 
 }  // namespace
