@@ -10,6 +10,7 @@
 #include "core/brep/bintools.h"
 #include "core/nurbs/build_store.h"
 #include "core/nurbs/store.h"
+#include "core/nurbs/store_file.h"
 
 namespace trimray::fuzz {
 
@@ -64,15 +65,19 @@ inline void build_from_stream(std::span<const std::byte> bytes) {
   if (nurbs::save_store(nurbs::load_store(saved)) != saved) throw std::logic_error("a store changed when saved");
 }
 
-// Bytes -> NurbsStore. FormatError is the only way to refuse; what is accepted is valid.
+// Bytes -> NurbsStore. FormatError is the only way to refuse; what is accepted is valid. The checksum is put
+// right first, since it would hide everything behind it.
 inline void load_saved(std::span<const std::byte> bytes) {
+  std::vector<std::byte> file(bytes.begin(), bytes.end());
+  nurbs::reseal_store(file);
   nurbs::NurbsStore store;
   try {
-    store = nurbs::load_store(bytes);
+    store = nurbs::load_store(file);
   } catch (const FormatError&) {
     return;
   }
   nurbs::validate(store);
+  if (nurbs::save_store(store) != file) throw std::logic_error("a store file changed when loaded");
 }
 
 }  // namespace trimray::fuzz
