@@ -15,9 +15,9 @@ constexpr int kMaxNet = (nurbs::kMaxDegree + 1) * (nurbs::kMaxDegree + 1);
 
 // Leaves are halved until rays steeper than this against the tangent plane are proven to meet them once,
 // or the cuts are used up.
-constexpr double kLeafSine = 0.35;
-constexpr int kMaxCuts = 6;
-constexpr int kMaxCutsAtPole = 4;  // a leaf at a collapsed side is never proven
+constexpr double kLeafSine = 0.25;
+constexpr int kMaxCuts = 8;
+constexpr int kMaxCutsAtPole = 6;  // a leaf at a collapsed side is never proven
 
 // Control points of the power basis in (x - 1/2) from Bernstein ones, in long double.
 void to_power(const dvec4* c, int n, std::ptrdiff_t stride, dvec4* out) {
