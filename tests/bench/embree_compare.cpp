@@ -206,6 +206,15 @@ int run(const bench::Options& options) {
   });
   const std::vector<std::int32_t> expected = bench.faces;
   const std::uint64_t own_tests = bench.tester.tests;
+  const double own16 = bench.run(options.repeat, 0.0, [&](trace::RayPacket& packet) {
+    OwnContext context{bench.tester, packet};
+    std::uint64_t nodes = 0;
+    for (int first = 0; first < kPacketSize; first += 16) {
+      packet.set(bench.bvh, bench.tester.block, std::uint64_t{0xffff} << first);
+      trace::traverse(bench.bvh, packet, own_visit, &context, &nodes);
+    }
+  });
+  const std::uint64_t own16_tests = bench.tester.tests;
 
   RTCDevice device = rtcNewDevice("threads=1");
   RTCScene embree = rtcNewScene(device);
@@ -234,6 +243,7 @@ int run(const bench::Options& options) {
 
   std::printf("%zu leaves; build own %.4f s, Embree %.4f s\n", boxes.size(), own_build, embree_build);
   std::printf("own, 64 rays:    %.2f M rays/s, %.3f leaf tests a ray\n", own, static_cast<double>(own_tests) / static_cast<double>(bench.rays.size()));
+  std::printf("own, 16 rays:    %.2f M rays/s, %.3f leaf tests a ray\n", own16, static_cast<double>(own16_tests) / static_cast<double>(bench.rays.size()));
   const auto compare = [&](const char* name, const std::function<void(trace::RayPacket&, EmbreeContext&)>& packet) {
     const double rate = bench.run(options.repeat, 2.5 * bench.bvh.radius, [&](trace::RayPacket& boxes_of_rays) {
       EmbreeContext context;
