@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 import enum
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy
 from numpy.typing import NDArray
@@ -98,7 +98,7 @@ class Store:
     def prototype_shells(self) -> NDArray[numpy.int32]:
         """(n, 2) int32: closed and open shells."""
 
-    def parity_targets(self) -> tuple:
+    def parity_targets(self) -> tuple[NDArray[numpy.float64], int, int]:
         """
         Points (n, 3) float64, world, mm, on every vertex and edge; closed shells; open shells, over all instances.
         """
@@ -166,7 +166,7 @@ class Camera:
     def width_px(self) -> int: ...
     @property
     def height_px(self) -> int: ...
-    def rays(self) -> tuple:
+    def rays(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
         """
         Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.
         """
@@ -205,7 +205,13 @@ class Scene:
         tmax: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         reference: bool = False,
         threads: int = 0,
-    ) -> tuple:
+    ) -> tuple[
+        NDArray[numpy.float64],
+        NDArray[numpy.int32],
+        NDArray[numpy.int32],
+        NDArray[numpy.float64],
+        NDArray[numpy.float64],
+    ]:
         """
         Nearest hits: t (n,), face (n,), instance (n,), uv (n, 2), normal (n, 3).
         """
@@ -237,7 +243,7 @@ class Scene:
         reference: bool,
         threads: int,
         progress: Progress,
-    ) -> dict:
+    ) -> dict[str, Any]:
         """Planes of a picture by name, each (height, width[, channels])."""
 
 def measure_cast(

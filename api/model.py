@@ -75,10 +75,10 @@ def load(
         return _import(path, None, name, options, limits, progress)
     data = path if isinstance(path, bytes) else _read(path)
     shown = name or (os.fsdecode(path) if not isinstance(path, bytes) else "<bytes>")
-    if not cache:
+    if not cache or _refers_to_files(data):
         return _import(path, None, name, options, limits, progress)
     key = _cache.key(data, os.path.splitext(shown)[1], options)
-    return _from_cache(key, path) or _import(path, key, name, options, limits, progress)
+    return _from_cache(key) or _import(path, key, name, options, limits, progress)
 
 
 _cache = cache  # load's argument bears the module's name
@@ -101,30 +101,21 @@ def _read(path: str | os.PathLike[str]) -> bytes:
     return data
 
 
-def _references(meta: dict[str, Any]) -> dict[str, str]:
-    """SHA-256 of the files that the model refers to, by path: they are part of the input."""
-    import hashlib
+def _refers_to_files(data: bytes) -> bool:
+    """Does a STEP file refer to other model files? What it shows then depends on more than its own bytes."""
+    if b"DOCUMENT_FILE" not in data:
+        return False
+    from .importer.step_text import StepText
 
-    found: dict[str, str] = {}
-    for path in meta.get("source", {}).get("references", ()):
-        try:
-            with open(path, "rb") as file:
-                found[str(path)] = hashlib.sha256(file.read()).hexdigest()
-        except OSError:
-            found[str(path)] = ""
-    return found
+    return bool(StepText(data).external_files)
 
 
-def _from_cache(key: str, path: object) -> Model | None:
+def _from_cache(key: str) -> Model | None:
     start = time.perf_counter()
     entry = cache.read(key)
     if entry is None:
         return None
     try:
-        if entry.facts["references"] and entry.facts["references"] != _references(
-            {"source": {"references": list(entry.facts["references"])}}
-        ):
-            return None
         store = _core.Store.load(entry.store)
         bounds = np.array(entry.facts["bounds"], np.float64).reshape(2, 3)
         outline = np.frombuffer(base64.b64decode(entry.facts["outline"]), "<f8").reshape(-1, 3)
@@ -171,7 +162,6 @@ def _import(
         bounds, outline = model._extent
         seconds["extent"] = time.perf_counter() - start
         facts = {
-            "references": _references(model._meta),
             "bounds": bounds.ravel().tolist(),
             "outline": base64.b64encode(outline.astype("<f8").tobytes()).decode(),
             "seconds": seconds,

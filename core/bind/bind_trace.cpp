@@ -124,7 +124,7 @@ view::Planes planes_of(const std::vector<std::string>& names) {
   return p;
 }
 
-nb::typed<nb::dict, nb::str, nb::ndarray<nb::numpy>> render(const trace::Scene& scene, const view::Camera& camera, const std::vector<std::string>& aovs, int samples,
+nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const view::Camera& camera, const std::vector<std::string>& aovs, int samples,
                 const In2<float, 4>& background, bool orientation, bool reference, int threads, trace::Progress& progress) {
   trace::RenderOptions options;
   options.camera = camera;

@@ -116,6 +116,16 @@ def test_shapes_are_not_cached(folder: Path) -> None:
     assert not folder.exists() or not entries(folder)
 
 
+def test_files_that_refer_to_others_are_not_cached(box_file: Path, folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "outer.step"
+    text = box_file.read_text()
+    reference = "#99001=DOCUMENT_FILE('inner.step','',$,#99002,'',$);\n#99002=DOCUMENT_TYPE('');\n"
+    path.write_text(text.replace("ENDSEC;\nEND-ISO", reference + "ENDSEC;\nEND-ISO"))
+    assert "DOCUMENT_FILE" in path.read_text()
+    trimray.load(path)
+    assert not folder.exists() or not entries(folder)
+
+
 def test_no_temporary_files_stay(box_file: Path, folder: Path) -> None:
     trimray.load(box_file)
     assert all(len(p.name) == 64 for p in entries(folder))
