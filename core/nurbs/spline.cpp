@@ -15,10 +15,13 @@ void sort_arguments(std::span<const double> knots, int degree, int span, double*
 
 Respan plan_respan(std::span<const double> knots, int degree, double a, double b) {
   const int count = static_cast<int>(knots.size()) - degree - 1;
-  int first = degree + 1;  // old inner knots strictly between a and b are [first, last)
-  while (first < count && !(knots[first] > a && knots[first] > knots[degree])) ++first;
+  // Old inner knots between a and b are [first, last). Those a rounding away from an end fall together with it:
+  // a span so short has no extent to solve for parameters in, only noise.
+  const double apart = 1e-12 * (b - a);
+  int first = degree + 1;
+  while (first < count && !(knots[first] > a + apart && knots[first] > knots[degree])) ++first;
   int last = first;
-  while (last < count && knots[last] < b && knots[last] < knots[count]) ++last;
+  while (last < count && knots[last] < b - apart && knots[last] < knots[count]) ++last;
 
   Respan plan;
   plan.knots.assign(degree + 1, a);
