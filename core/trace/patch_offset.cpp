@@ -169,7 +169,9 @@ void offset_roots(const Patch& patch, const PatchPool& pool, const LeafBound& le
 
     // Exclusion: the hull's ball, the offset about the middle normal n +- the cone of normals.
     const Box3& hull = proof.box;
-    const double radius = 0.5 * hull.diagonal() - std::sqrt(3.0) * std::fabs(patch.offset);
+    // The hull is widened by the offset on every side; unless it is a cube, its diagonal grows by less than
+    // sqrt(3) times as much.
+    const double radius = 0.5 * glm::length(glm::max(hull.extent() - 2.0 * std::fabs(patch.offset), dvec3(0.0)));
     const bool cone = proof.sine < 1.0;
     const double spread = cone ? 2.0 * std::sin(0.5 * std::asin(proof.sine)) : 2.0;
     const dvec3 center = cone ? c + patch.offset * n / glm::length(n) : hull.center();
