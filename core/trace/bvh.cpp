@@ -48,7 +48,8 @@ struct Builder {
     const glm::vec3 extent = centers.upper - centers.lower;
     const std::int32_t half = begin + (end - begin) / 2;
     const int widest = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
-    if (depth >= kBalancedDepth || end - begin == 2 || !(extent[widest] > 0.0f)) return by_median(begin, half, end, widest);
+    if (depth >= kBalancedDepth || end - begin == 2 || !(extent[widest] > 0.0f))
+      return by_median(begin, half, end, widest);
     float best_cost = std::numeric_limits<float>::infinity();
     int best_axis = widest, best_bin = -1;
     for (int axis = 0; axis < 3; ++axis) {
@@ -58,9 +59,9 @@ struct Builder {
     }
     if (best_bin < 0) return by_median(begin, half, end, widest);
     const float origin = centers.lower[best_axis], scale = kBins / extent[best_axis];
-    const auto middle = std::stable_partition(order.begin() + begin, order.begin() + end, [&](std::int32_t i) {
-      return bin_of(boxes[i].twice_center()[best_axis], origin, scale) < best_bin;
-    });
+    const auto middle = std::stable_partition(
+        order.begin() + begin, order.begin() + end,
+        [&](std::int32_t i) { return bin_of(boxes[i].twice_center()[best_axis], origin, scale) < best_bin; });
     const auto m = static_cast<std::int32_t>(middle - order.begin());
     return m == begin || m == end ? by_median(begin, half, end, widest) : m;
   }
@@ -69,7 +70,8 @@ struct Builder {
     return std::min(kBins - 1, static_cast<int>((center - origin) * scale));
   }
 
-  std::pair<float, int> cheapest_plane(std::int32_t begin, std::int32_t end, int axis, float origin, float scale) const {
+  std::pair<float, int> cheapest_plane(std::int32_t begin, std::int32_t end, int axis, float origin,
+                                       float scale) const {
     std::array<FloatBox, kBins> bins;
     std::array<std::int32_t, kBins> counts{};
     for (std::int32_t i = begin; i < end; ++i) {
@@ -83,7 +85,8 @@ struct Builder {
     std::int32_t count = 0;
     for (int b = kBins - 1; b > 0; --b) {
       box.add(bins[b]), count += counts[b];
-      right_cost[b] = count == 0 ? std::numeric_limits<float>::infinity() : box.area() * static_cast<float>(count);
+      right_cost[b] =
+          count == 0 ? std::numeric_limits<float>::infinity() : box.area() * static_cast<float>(count);
     }
     box = {}, count = 0;
     std::pair<float, int> best{std::numeric_limits<float>::infinity(), -1};
@@ -124,7 +127,9 @@ struct Builder {
     while (count < kBvhWidth) {
       int largest = -1;
       for (int i = 0; i < count; ++i)
-        if (children[i] >= 0 && (largest < 0 || box_of(children[i]).area() > box_of(children[largest]).area())) largest = i;
+        if (children[i] >= 0 &&
+            (largest < 0 || box_of(children[i]).area() > box_of(children[largest]).area()))
+          largest = i;
       if (largest < 0) break;
       const std::int32_t opened = children[largest];
       children[largest] = nodes[opened].left;
@@ -144,7 +149,8 @@ struct Builder {
     node.count = count;
     for (int i = 0; i < kBvhWidth; ++i) {
       const FloatBox box = i < count ? box_of(children[i]) : FloatBox{};
-      for (int axis = 0; axis < 3; ++axis) node.lower[axis][i] = box.lower[axis], node.upper[axis][i] = box.upper[axis];
+      for (int axis = 0; axis < 3; ++axis)
+        node.lower[axis][i] = box.lower[axis], node.upper[axis][i] = box.upper[axis];
       node.child[i] = i < count ? children[i] : 0;
     }
   }

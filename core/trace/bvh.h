@@ -24,7 +24,7 @@ struct alignas(64) BvhNode {
 struct Bvh {
   std::vector<BvhNode> nodes;
   dvec3 center{0.0};
-  double radius = 0.0;    // of a ball about the center that holds every box
+  double radius = 0.0;  // of a ball about the center that holds every box
   double dilation = 0.0;
   std::int64_t bytes() const { return static_cast<std::int64_t>(nodes.size() * sizeof(BvhNode)); }
 };

@@ -11,9 +11,9 @@ using nurbs::SurfaceKind;
 
 namespace {
 
-// x axis through the ray's closest approach to the axis of a circle of radius r1: the chord is symmetric about
-// it. h is the distance of the ray from the axis, so r^2 - h^2 is computed as (r - h)(r + h), which keeps
-// its digits where the ray grazes.
+// x axis through the ray's closest approach to the axis of a circle of radius r1: the chord is symmetric
+// about it. h is the distance of the ray from the axis, so r^2 - h^2 is computed as (r - h)(r + h), which
+// keeps its digits where the ray grazes.
 int cylinder_roots(const ClosedForm& form, const LocalRay& ray, LocalRoot* out) {
   const double a = ray.dx * ray.dx + ray.dy * ray.dy;
   if (!(a > 1e-30)) return 0;  // along the axis: the ray never crosses
@@ -163,7 +163,8 @@ ClosedForm make_closed_form(const nurbs::Surface& surface, const Box2& uv_box, d
   const double least = 1e-9;
   double radius = form.r1, step_v = margin_mm;
   if (form.kind == SurfaceKind::kCone) {
-    radius = std::min(std::abs(form.r1 + uv_box.lower.y * form.sin_a), std::abs(form.r1 + uv_box.upper.y * form.sin_a));
+    radius = std::min(std::abs(form.r1 + uv_box.lower.y * form.sin_a),
+                      std::abs(form.r1 + uv_box.upper.y * form.sin_a));
   } else if (form.kind == SurfaceKind::kSphere) {
     step_v = margin_mm / form.r1;
     radius = form.r1 * std::min(std::cos(uv_box.lower.y), std::cos(uv_box.upper.y));
@@ -171,9 +172,9 @@ ClosedForm make_closed_form(const nurbs::Surface& surface, const Box2& uv_box, d
     step_v = margin_mm / form.r2;
     radius = std::max(form.r1 - form.r2, 0.0);
   }
-  const double step_u = form.kind == SurfaceKind::kPlane  ? margin_mm
-                        : radius > margin_mm / 3.0        ? margin_mm / radius
-                                                          : kTwoPi;
+  const double step_u = form.kind == SurfaceKind::kPlane ? margin_mm
+                        : radius > margin_mm / 3.0       ? margin_mm / radius
+                                                         : kTwoPi;
   form.uv.lower -= dvec2(step_u + least, step_v + least);
   form.uv.upper += dvec2(step_u + least, step_v + least);
   const dvec2 middle = uv_box.center();
@@ -187,12 +188,23 @@ int closed_form_roots(const ClosedForm& form, dvec3 org, dvec3 dir, const Box2& 
   LocalRoot roots[kMaxClosedRoots];
   int found = 0;
   switch (form.kind) {
-    case SurfaceKind::kPlane: found = plane_roots(ray, roots); break;
-    case SurfaceKind::kCylinder: found = cylinder_roots(form, ray, roots); break;
-    case SurfaceKind::kCone: found = cone_roots(form, ray, roots); break;
-    case SurfaceKind::kSphere: found = sphere_roots(form, ray, roots); break;
-    case SurfaceKind::kTorus: found = torus_roots(form, ray, roots); break;
-    default: break;
+    case SurfaceKind::kPlane:
+      found = plane_roots(ray, roots);
+      break;
+    case SurfaceKind::kCylinder:
+      found = cylinder_roots(form, ray, roots);
+      break;
+    case SurfaceKind::kCone:
+      found = cone_roots(form, ray, roots);
+      break;
+    case SurfaceKind::kSphere:
+      found = sphere_roots(form, ray, roots);
+      break;
+    case SurfaceKind::kTorus:
+      found = torus_roots(form, ray, roots);
+      break;
+    default:
+      break;
   }
   int count = 0;
   for (int i = 0; i < found; ++i) {

@@ -15,9 +15,9 @@ struct ClosedForm {
   dvec3 location{0.0}, x{0.0}, y{0.0}, z{0.0};  // orthonormal, either hand
   double hand = 1.0;                            // +1 for a right-handed frame, -1 for a left-handed one
   double r1 = 0.0, r2 = 0.0;
-  double sin_a = 0.0, cos_a = 1.0;              // of the cone's semi-angle
-  dvec3 reference{0.0};                         // a point near the face: rays are re-originated next to it
-  Box2 uv;                                      // the face's uv box, widened by the margin
+  double sin_a = 0.0, cos_a = 1.0;  // of the cone's semi-angle
+  dvec3 reference{0.0};             // a point near the face: rays are re-originated next to it
+  Box2 uv;                          // the face's uv box, widened by the margin
 };
 
 struct ClosedRoot {

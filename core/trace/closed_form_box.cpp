@@ -19,9 +19,7 @@ Interval sinusoid(double a, double b, double t0, double t1) {
   const double start = a * std::cos(t0) + b * std::sin(t0), stop = a * std::cos(t1) + b * std::sin(t1);
   Interval range{std::min(start, stop), std::max(start, stop)};
   const double amplitude = std::hypot(a, b), peak = std::atan2(b, a);
-  const auto reaches = [&](double angle) {
-    return angle + kTwoPi * std::ceil((t0 - angle) / kTwoPi) <= t1;
-  };
+  const auto reaches = [&](double angle) { return angle + kTwoPi * std::ceil((t0 - angle) / kTwoPi) <= t1; };
   if (reaches(peak)) range.upper = amplitude;
   if (reaches(peak + 0.5 * kTwoPi)) range.lower = -amplitude;
   return range;
@@ -53,10 +51,14 @@ dvec3 closed_form_point(const ClosedForm& f, dvec2 uv) {
   if (f.kind == SurfaceKind::kPlane) return f.location + uv.x * f.x + uv.y * f.y;
   const dvec3 radial = std::cos(uv.x) * f.x + std::sin(uv.x) * f.y;
   switch (f.kind) {
-    case SurfaceKind::kCylinder: return f.location + f.r1 * radial + uv.y * f.z;
-    case SurfaceKind::kCone: return f.location + (f.r1 + uv.y * f.sin_a) * radial + uv.y * f.cos_a * f.z;
-    case SurfaceKind::kSphere: return f.location + f.r1 * (std::cos(uv.y) * radial + std::sin(uv.y) * f.z);
-    default: return f.location + (f.r1 + f.r2 * std::cos(uv.y)) * radial + f.r2 * std::sin(uv.y) * f.z;
+    case SurfaceKind::kCylinder:
+      return f.location + f.r1 * radial + uv.y * f.z;
+    case SurfaceKind::kCone:
+      return f.location + (f.r1 + uv.y * f.sin_a) * radial + uv.y * f.cos_a * f.z;
+    case SurfaceKind::kSphere:
+      return f.location + f.r1 * (std::cos(uv.y) * radial + std::sin(uv.y) * f.z);
+    default:
+      return f.location + (f.r1 + f.r2 * std::cos(uv.y)) * radial + f.r2 * std::sin(uv.y) * f.z;
   }
 }
 
@@ -64,13 +66,15 @@ dvec3 closed_form_normal(const ClosedForm& f, dvec2 uv) {
   if (f.kind == SurfaceKind::kPlane) return f.hand * f.z;
   const dvec3 radial = std::cos(uv.x) * f.x + std::sin(uv.x) * f.y;
   switch (f.kind) {
-    case SurfaceKind::kCylinder: return f.hand * radial;
+    case SurfaceKind::kCylinder:
+      return f.hand * radial;
     case SurfaceKind::kCone: {
       // |Su| carries the sign of the radius: beyond the apex the normal turns over.
       const double side = f.r1 + uv.y * f.sin_a < 0.0 ? -f.hand : f.hand;
       return side * (f.cos_a * radial - f.sin_a * f.z);
     }
-    case SurfaceKind::kSphere: return f.hand * (std::cos(uv.y) * radial + std::sin(uv.y) * f.z);
+    case SurfaceKind::kSphere:
+      return f.hand * (std::cos(uv.y) * radial + std::sin(uv.y) * f.z);
     default: {
       const double side = f.r1 + f.r2 * std::cos(uv.y) < 0.0 ? -f.hand : f.hand;
       return side * (std::cos(uv.y) * radial + std::sin(uv.y) * f.z);
@@ -91,14 +95,19 @@ Box3 closed_form_box(const ClosedForm& f, const Box2& uv) {
     } else {
       const Interval g = sinusoid(f.x[a], f.y[a], u0, u1);
       switch (f.kind) {
-        case SurfaceKind::kCylinder: range = ruled(f.r1, f.r1, v0, v1, g, z); break;
+        case SurfaceKind::kCylinder:
+          range = ruled(f.r1, f.r1, v0, v1, g, z);
+          break;
         case SurfaceKind::kCone:
           range = ruled(f.r1 + v0 * f.sin_a, f.r1 + v1 * f.sin_a, v0 * f.cos_a, v1 * f.cos_a, g, z);
           break;
         case SurfaceKind::kSphere:
-          range = turned(0.0, f.r1, g, z, std::clamp(v0, -kHalfPi, kHalfPi), std::clamp(v1, -kHalfPi, kHalfPi));
+          range =
+              turned(0.0, f.r1, g, z, std::clamp(v0, -kHalfPi, kHalfPi), std::clamp(v1, -kHalfPi, kHalfPi));
           break;
-        default: range = turned(f.r1, f.r2, g, z, v0, v1); break;
+        default:
+          range = turned(f.r1, f.r2, g, z, v0, v1);
+          break;
       }
     }
     box.lower[a] = f.location[a] + range.lower, box.upper[a] = f.location[a] + range.upper;
@@ -111,15 +120,21 @@ Box3 closed_form_box(const ClosedForm& f, const Box2& uv) {
 dvec2 closed_form_lengths(const ClosedForm& f, const Box2& uv) {
   const dvec2 extent = uv.extent();
   switch (f.kind) {
-    case SurfaceKind::kCylinder: return {extent.x * f.r1, extent.y};
+    case SurfaceKind::kCylinder:
+      return {extent.x * f.r1, extent.y};
     case SurfaceKind::kCone:
-      return {extent.x * std::max(std::abs(f.r1 + uv.lower.y * f.sin_a), std::abs(f.r1 + uv.upper.y * f.sin_a)), extent.y};
+      return {
+          extent.x * std::max(std::abs(f.r1 + uv.lower.y * f.sin_a), std::abs(f.r1 + uv.upper.y * f.sin_a)),
+          extent.y};
     case SurfaceKind::kSphere: {
-      const double flat = uv.lower.y <= 0.0 && uv.upper.y >= 0.0 ? 1.0 : std::max(std::cos(uv.lower.y), std::cos(uv.upper.y));
+      const double flat =
+          uv.lower.y <= 0.0 && uv.upper.y >= 0.0 ? 1.0 : std::max(std::cos(uv.lower.y), std::cos(uv.upper.y));
       return {extent.x * f.r1 * flat, extent.y * f.r1};
     }
-    case SurfaceKind::kTorus: return {extent.x * (f.r1 + f.r2), extent.y * f.r2};
-    default: return extent;
+    case SurfaceKind::kTorus:
+      return {extent.x * (f.r1 + f.r2), extent.y * f.r2};
+    default:
+      return extent;
   }
 }
 

@@ -7,10 +7,10 @@ namespace {
 
 using nurbs::Coverage;
 
-constexpr int kMaxDepth = 10;             // halvings of one face's uv box
-constexpr int kMixedDepth = 6;            // of them for the sake of the trim loops
-constexpr double kRightAngle = 1.571;     // a little more than pi / 2
-constexpr double kWorthwhile = 0.8;       // a halving must bring the boxes' area below this share
+constexpr int kMaxDepth = 10;          // halvings of one face's uv box
+constexpr int kMixedDepth = 6;         // of them for the sake of the trim loops
+constexpr double kRightAngle = 1.571;  // a little more than pi / 2
+constexpr double kWorthwhile = 0.8;    // a halving must bring the boxes' area below this share
 
 double area(const Box3& box) {
   if (box.empty()) return 0.0;
@@ -48,7 +48,10 @@ struct Splitter {
     const bool by_u = wide_u != wide_v ? wide_u : length.x >= length.y;
     const double middle = by_u ? 0.5 * (cell.lower.x + cell.upper.x) : 0.5 * (cell.lower.y + cell.upper.y);
     Box2 cells[2] = {cell, cell};
-    if (by_u) cells[0].upper.x = cells[1].lower.x = middle; else cells[0].upper.y = cells[1].lower.y = middle;
+    if (by_u)
+      cells[0].upper.x = cells[1].lower.x = middle;
+    else
+      cells[0].upper.y = cells[1].lower.y = middle;
     const ClosedLeaf halves[2] = {leaf(cells[0]), leaf(cells[1])};
     const bool mixed = !parent.inside && depth < kMixedDepth && std::max(length.x, length.y) > small;
     const bool hugs = area(halves[0].box) + area(halves[1].box) < kWorthwhile * area(parent.box);

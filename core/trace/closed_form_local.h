@@ -24,8 +24,13 @@ struct LocalRoot {
 inline LocalRay local_ray(const ClosedForm& form, dvec3 org, dvec3 dir) {
   const double t0 = glm::dot(form.reference - org, dir);
   const dvec3 p = (org + t0 * dir) - form.location;
-  return {glm::dot(p, form.x),   glm::dot(p, form.y),   glm::dot(p, form.z),
-          glm::dot(dir, form.x), glm::dot(dir, form.y), glm::dot(dir, form.z), t0};
+  return {glm::dot(p, form.x),
+          glm::dot(p, form.y),
+          glm::dot(p, form.z),
+          glm::dot(dir, form.x),
+          glm::dot(dir, form.y),
+          glm::dot(dir, form.z),
+          t0};
 }
 
 // By increasing t; 0, 2 or 4 roots.

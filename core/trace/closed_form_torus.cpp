@@ -60,7 +60,10 @@ double refine(const Quartic& f, double a, double b, bool negative_at_a) {
   for (int step = 0; step < 100; ++step) {
     const double value = f.value(s);
     if (value == 0.0) return s;
-    if ((value < 0.0) == negative_at_a) a = s; else b = s;
+    if ((value < 0.0) == negative_at_a)
+      a = s;
+    else
+      b = s;
     const double move = value / f.slope(s);
     double next = s - move;
     if (!(next > a && next < b) || std::abs(move) > 0.5 * last) next = 0.5 * (a + b);
@@ -104,7 +107,8 @@ int torus_roots(const ClosedForm& form, const LocalRay& ray, LocalRoot* out) {
     const bool next_negative = i + 1 < n && f.value(stops[i]) < 0.0;
     if (next_negative != negative) {
       const double s = refine(f, stops[i - 1], stops[i], negative);
-      out[count++] = {shift + unit * s, unit * (f.ox + s * f.dx), unit * (f.oy + s * f.dy), unit * (f.oz + s * f.dz)};
+      out[count++] = {shift + unit * s, unit * (f.ox + s * f.dx), unit * (f.oy + s * f.dy),
+                      unit * (f.oz + s * f.dz)};
     }
     negative = next_negative;
   }

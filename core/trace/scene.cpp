@@ -35,14 +35,18 @@ void Scene::cast(std::span<const Ray> rays, std::span<Hit> out, int threads, Tra
   const auto work = [&](std::size_t begin, std::size_t end) {
     TraceStats counters;
     for (std::size_t p = begin; p < end; ++p) {
-      const std::size_t first = p * kPacketSize, count = std::min<std::size_t>(kPacketSize, rays.size() - first);
+      const std::size_t first = p * kPacketSize,
+                        count = std::min<std::size_t>(kPacketSize, rays.size() - first);
       impl_->nearest(rays.subspan(first, count), out.subspan(first, count), counters);
     }
     if (stats == nullptr) return;
     const std::scoped_lock lock(mutex);
     add(*stats, counters);
   };
-  if (threads == 1) work(0, packets); else parallel_ranges(packets, kPacketsPerTask, threads, work);
+  if (threads == 1)
+    work(0, packets);
+  else
+    parallel_ranges(packets, kPacketsPerTask, threads, work);
 }
 
 void Scene::cast_all(const Ray& ray, std::vector<Hit>& out) const {
@@ -60,7 +64,10 @@ void Scene::count_hits(std::span<const Ray> rays, std::span<std::int32_t> out, i
       out[i] = static_cast<std::int32_t>(hits.size());
     }
   };
-  if (threads == 1) work(0, rays.size()); else parallel_ranges(rays.size(), 64, threads, work);
+  if (threads == 1)
+    work(0, rays.size());
+  else
+    parallel_ranges(rays.size(), 64, threads, work);
 }
 
 }  // namespace trimray::trace

@@ -33,7 +33,8 @@ class Scene {
 
   // Nearest hits; out.size() == rays.size(). The same bytes for any number of threads and any grouping of
   // the rays.
-  void cast(std::span<const Ray> rays, std::span<Hit> out, int threads = 0, TraceStats* stats = nullptr) const;
+  void cast(std::span<const Ray> rays, std::span<Hit> out, int threads = 0,
+            TraceStats* stats = nullptr) const;
 
   // Every hit of one ray in [tmin, tmax], sorted by t.
   void cast_all(const Ray& ray, std::vector<Hit>& out) const;

@@ -49,10 +49,15 @@ bool finite(const Box3& box) {
 
 }  // namespace
 
-PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, const nurbs::TrimIndex& t, int threads)
-    : store(s), trim(t), first_face(s.prototypes[prototype].faces.begin),
-      margin_mm(face_margins(s, s.prototypes[prototype])), patches(s, prototype, margin_mm, threads),
-      sieve(s, prototype), rule(s, prototype) {
+PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, const nurbs::TrimIndex& t,
+                               int threads)
+    : store(s),
+      trim(t),
+      first_face(s.prototypes[prototype].faces.begin),
+      margin_mm(face_margins(s, s.prototypes[prototype])),
+      patches(s, prototype, margin_mm, threads),
+      sieve(s, prototype),
+      rule(s, prototype) {
   const nurbs::Prototype& p = store.prototypes[prototype];
   diagonal = p.bounds.diagonal();
   forms.resize(p.faces.size());
@@ -65,7 +70,8 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
     append_closed_leaves(store, trim, f, form(f), diagonal, closed_leaves);
   }
 
-  // Patch leaves that lie outside of the trim loops stay out of the hierarchy; the exact way knows them by face.
+  // Patch leaves that lie outside of the trim loops stay out of the hierarchy; the exact way knows them by
+  // face.
   std::vector<Box3> boxes;
   for (std::size_t i = 0; i < closed_leaves.size(); ++i) {
     const ClosedLeaf& leaf = closed_leaves[i];
@@ -81,7 +87,8 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     ++leaf_begin[leaves[i].face - first_face + 1];
     if (coverage[i] == Coverage::kOutside) continue;
-    primitives.push_back({leaves[i].face, static_cast<std::int32_t>(i), false, coverage[i] == Coverage::kInside});
+    primitives.push_back(
+        {leaves[i].face, static_cast<std::int32_t>(i), false, coverage[i] == Coverage::kInside});
     boxes.push_back(leaves[i].box);
   }
   std::partial_sum(leaf_begin.begin(), leaf_begin.end(), leaf_begin.begin());
@@ -98,13 +105,15 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   if (finite(sieve.box())) box.add(sieve.box());
 }
 
-Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads) : store(std::move(s)), trim(*store, threads) {
+Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads)
+    : store(std::move(s)), trim(*store, threads) {
   const auto start = std::chrono::steady_clock::now();
   prototypes.resize(store->prototypes.size());
   const bool many = prototypes.size() > 4;
   parallel_ranges(prototypes.size(), 1, many ? threads : 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      prototypes[i] = std::make_unique<PrototypeScene>(*store, static_cast<std::int32_t>(i), trim, many ? 1 : threads);
+      prototypes[i] =
+          std::make_unique<PrototypeScene>(*store, static_cast<std::int32_t>(i), trim, many ? 1 : threads);
   });
   std::vector<Box3> boxes;
   for (const nurbs::Instance& placed : store->instances) {

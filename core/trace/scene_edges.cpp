@@ -33,7 +33,8 @@ struct Flattener {
     for (const dvec4& c : ctrl) deviation = std::max(deviation, distance_to_segment(project(c), a, b));
     const dvec3 e = glm::abs(b - a);
     const double longest = std::max({e.x, e.y, e.z});
-    const bool slanted = e.x + e.y + e.z > 1.1 * longest && longest > max_length;  // its box would be mostly air
+    const bool slanted =
+        e.x + e.y + e.z > 1.1 * longest && longest > max_length;  // its box would be mostly air
     if (depth == 0 || (deviation <= chord_tol && !slanted)) {
       out.push_back({a, b, deviation, band});
       return;
@@ -110,12 +111,15 @@ std::uint64_t EdgeSieve::near(RayPacket& packet, std::uint64_t* nodes) const {
     RayPacket& packet;
     std::uint64_t near;
   } context{*this, packet, 0};
-  traverse(bvh_, packet, [](void* p, std::int32_t capsule, std::uint64_t rays) {
-    auto& c = *static_cast<Context*>(p);
-    const std::uint64_t near = near_capsule(c.packet, c.sieve.capsules_[capsule], rays);
-    c.near |= near;
-    c.packet.live &= ~near;
-  }, &context, nodes);
+  traverse(
+      bvh_, packet,
+      [](void* p, std::int32_t capsule, std::uint64_t rays) {
+        auto& c = *static_cast<Context*>(p);
+        const std::uint64_t near = near_capsule(c.packet, c.sieve.capsules_[capsule], rays);
+        c.near |= near;
+        c.packet.live &= ~near;
+      },
+      &context, nodes);
   packet.live = 0;
   return context.near;
 }

@@ -35,18 +35,21 @@ void PrototypeScene::leaf_roots(std::int32_t leaf, const Ray& ray, std::vector<R
   const std::int32_t face = patches.leaves()[leaf].face;
   if (roots.one & 1u) {
     const dvec3 n{roots.normal_x[0], roots.normal_y[0], roots.normal_z[0]};
-    out.push_back(make_root(face, roots.t[0], {roots.u[0], roots.v[0]}, store.faces[face].reversed ? -n : n, ray.dir));
+    out.push_back(
+        make_root(face, roots.t[0], {roots.u[0], roots.v[0]}, store.faces[face].reversed ? -n : n, ray.dir));
     return;
   }
   const std::size_t begin = out.size();
   patches.all_roots(leaf, ray, out);
-  for (std::size_t i = begin; i < out.size(); ++i) out[i] = make_root(face, out[i].t, out[i].uv_face, out[i].normal, ray.dir);
+  for (std::size_t i = begin; i < out.size(); ++i)
+    out[i] = make_root(face, out[i].t, out[i].uv_face, out[i].normal, ray.dir);
 }
 
 void merge_roots(std::vector<Root>& roots, std::size_t begin, double diagonal) {
   const auto first = roots.begin() + static_cast<std::ptrdiff_t>(begin);
   std::stable_sort(first, roots.end(), [](const Root& a, const Root& b) { return a.t < b.t; });
-  roots.erase(std::unique(first, roots.end(), [&](const Root& a, const Root& b) { return same_root(a, b, diagonal); }),
+  roots.erase(std::unique(first, roots.end(),
+                          [&](const Root& a, const Root& b) { return same_root(a, b, diagonal); }),
               roots.end());
 }
 
@@ -101,7 +104,8 @@ Ray InstanceScene::local(const Ray& world, double& scale) const {
 namespace {
 
 // Near edges that matter up to limit; the others stand behind what the ray meets first.
-bool any_within(const nurbs::NurbsStore& store, const std::vector<NearEdge>& near, double tmin, double limit) {
+bool any_within(const nurbs::NurbsStore& store, const std::vector<NearEdge>& near, double tmin,
+                double limit) {
   return std::any_of(near.begin(), near.end(), [&](const NearEdge& n) {
     const double slack = EdgeSieve::slack(store.edges[n.edge]);
     return n.t >= tmin - slack && n.t <= limit + slack;
@@ -109,15 +113,18 @@ bool any_within(const nurbs::NurbsStore& store, const std::vector<NearEdge>& nea
 }
 
 // The faces of the near edges, each once.
-void affected_faces(const nurbs::NurbsStore& store, const std::vector<NearEdge>& near, std::vector<std::int32_t>& faces) {
+void affected_faces(const nurbs::NurbsStore& store, const std::vector<NearEdge>& near,
+                    std::vector<std::int32_t>& faces) {
   faces.clear();
   for (const NearEdge& n : near) {
     const nurbs::Range& uses = store.edges[n.edge].coedges;
-    for (std::int32_t c = uses.begin; c < uses.end; ++c) faces.push_back(store.coedges[store.edge_coedges[c]].face);
+    for (std::int32_t c = uses.begin; c < uses.end; ++c)
+      faces.push_back(store.coedges[store.edge_coedges[c]].face);
   }
   std::sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  std::erase_if(faces, [&](std::int32_t f) { return f < 0 || store.faces[f].status != nurbs::FaceStatus::kOk; });
+  std::erase_if(faces,
+                [&](std::int32_t f) { return f < 0 || store.faces[f].status != nurbs::FaceStatus::kOk; });
 }
 
 }  // namespace
@@ -168,7 +175,8 @@ void Scene::Impl::all_hits(const Ray& ray, std::vector<Hit>& out) const {
     // The other faces: the trim loops decide. Closed forms are solved once a face, patches leaf by leaf.
     primitives.clear();
     traverse_one(p.bvh, local.org, local.dir, -kInf, kInf, [&](std::int32_t primitive) {
-      if (!std::binary_search(affected.begin(), affected.end(), p.primitives[primitive].face)) primitives.push_back(primitive);
+      if (!std::binary_search(affected.begin(), affected.end(), p.primitives[primitive].face))
+        primitives.push_back(primitive);
     });
     std::sort(primitives.begin(), primitives.end(), [&](std::int32_t a, std::int32_t b) {
       return std::pair(p.primitives[a].face, a) < std::pair(p.primitives[b].face, b);
@@ -176,10 +184,13 @@ void Scene::Impl::all_hits(const Ray& ray, std::vector<Hit>& out) const {
     for (std::size_t i = 0; i < primitives.size();) {
       const std::int32_t face = p.primitives[primitives[i]].face;
       roots.clear();
-      for (bool first = true; i < primitives.size() && p.primitives[primitives[i]].face == face; ++i, first = false) {
+      for (bool first = true; i < primitives.size() && p.primitives[primitives[i]].face == face;
+           ++i, first = false) {
         const ScenePrimitive& primitive = p.primitives[primitives[i]];
-        if (!primitive.closed) p.leaf_roots(primitive.leaf, local, roots);
-        else if (first) p.face_roots(face, local, roots);
+        if (!primitive.closed)
+          p.leaf_roots(primitive.leaf, local, roots);
+        else if (first)
+          p.face_roots(face, local, roots);
       }
       merge_roots(roots, 0, p.diagonal);
       for (const Root& root : roots)
@@ -192,7 +203,8 @@ void Scene::Impl::all_hits(const Ray& ray, std::vector<Hit>& out) const {
     }
   });
   std::sort(out.begin(), out.end(), [](const Hit& a, const Hit& b) {
-    return std::tuple(a.t, a.instance, a.face, a.uv_face.x, a.uv_face.y) < std::tuple(b.t, b.instance, b.face, b.uv_face.x, b.uv_face.y);
+    return std::tuple(a.t, a.instance, a.face, a.uv_face.x, a.uv_face.y) <
+           std::tuple(b.t, b.instance, b.face, b.uv_face.x, b.uv_face.y);
   });
 }
 

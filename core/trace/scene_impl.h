@@ -25,18 +25,20 @@ struct ScenePrimitive {
 };
 
 struct PrototypeScene {
-  PrototypeScene(const nurbs::NurbsStore& store, std::int32_t prototype, const nurbs::TrimIndex& trim, int threads);
+  PrototypeScene(const nurbs::NurbsStore& store, std::int32_t prototype, const nurbs::TrimIndex& trim,
+                 int threads);
 
   const nurbs::NurbsStore& store;
   const nurbs::TrimIndex& trim;
   std::int32_t first_face;
-  std::vector<double> margin_mm;        // per face: how far outside of the loops roots matter
+  std::vector<double> margin_mm;  // per face: how far outside of the loops roots matter
   PatchSet patches;
-  std::vector<ClosedForm> forms;        // per face; kind kNone where there is none
+  std::vector<ClosedForm> forms;  // per face; kind kNone where there is none
   std::vector<ClosedLeaf> closed_leaves;
   std::vector<ScenePrimitive> primitives;
   Bvh bvh;
-  std::vector<std::int32_t> leaf_order, leaf_begin;  // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
+  std::vector<std::int32_t> leaf_order,
+      leaf_begin;  // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
   EdgeSieve sieve;
   EdgeRule rule;
   Box3 box;  // of everything a ray can meet

@@ -11,13 +11,13 @@ namespace {
 struct WorldPacket {
   const Scene::Impl& scene;
   TraceStats& stats;
-  bool unit = true;              // every direction has unit length: identity instances use `rays` as they are
+  bool unit = true;  // every direction has unit length: identity instances use `rays` as they are
   std::uint64_t near_edge = 0;
-  RayBlock rays;                 // tmax: the nearest hit so far
+  RayBlock rays;  // tmax: the nearest hit so far
   RayPacket boxes;
   std::int32_t face[kPacketSize], instance[kPacketSize];  // of that hit
   dvec2 uv[kPacketSize];
-  dvec3 normal[kPacketSize];     // of patch roots, outward, in the prototype
+  dvec3 normal[kPacketSize];  // of patch roots, outward, in the prototype
 
   WorldPacket(const Scene::Impl& s, TraceStats& counters) : scene(s), stats(counters) {}
 };
@@ -62,7 +62,8 @@ struct InstancePacket {
     for (; active != 0; active &= active - 1) {
       const int i = std::countr_zero(active);
       ClosedRoot roots[kMaxClosedRoots];
-      const int count = closed_form_roots(form, rays.origin(i), rays.direction(i), leaf.uv, rays.tmin[i], rays.tmax[i], roots);
+      const int count = closed_form_roots(form, rays.origin(i), rays.direction(i), leaf.uv, rays.tmin[i],
+                                          rays.tmax[i], roots);
       for (int k = 0; k < count; ++k) {
         dvec2 uv;
         if (!inside(p, leaf.core, roots[k].uv, uv)) continue;
@@ -72,7 +73,8 @@ struct InstancePacket {
     }
   }
 
-  void patch_root(const ScenePrimitive& p, const Box2& core, int i, double t, dvec2 raw, const dvec3& normal) {
+  void patch_root(const ScenePrimitive& p, const Box2& core, int i, double t, dvec2 raw,
+                  const dvec3& normal) {
     if (!(t >= rays.tmin[i] && t <= rays.tmax[i])) return;
     dvec2 uv;
     if (inside(p, core, raw, uv)) consider(i, t, p.face, uv, &normal);
@@ -87,8 +89,10 @@ struct InstancePacket {
       int count = 0;
       for (; active != 0 && count < kLanes; active &= active - 1, ++count) {
         const int i = index[count] = std::countr_zero(active);
-        lanes.org_x[count] = rays.org[0][i], lanes.org_y[count] = rays.org[1][i], lanes.org_z[count] = rays.org[2][i];
-        lanes.dir_x[count] = rays.dir[0][i], lanes.dir_y[count] = rays.dir[1][i], lanes.dir_z[count] = rays.dir[2][i];
+        lanes.org_x[count] = rays.org[0][i], lanes.org_y[count] = rays.org[1][i],
+        lanes.org_z[count] = rays.org[2][i];
+        lanes.dir_x[count] = rays.dir[0][i], lanes.dir_y[count] = rays.dir[1][i],
+        lanes.dir_z[count] = rays.dir[2][i];
       }
       for (int k = count; k < kLanes; ++k) {
         lanes.org_x[k] = lanes.org_x[0], lanes.org_y[k] = lanes.org_y[0], lanes.org_z[k] = lanes.org_z[0];
@@ -120,14 +124,19 @@ void visit_primitive(void* context, std::int32_t index, std::uint64_t active) {
   auto& packet = *static_cast<InstancePacket*>(context);
   const ScenePrimitive& p = packet.prototype.primitives[index];
   packet.world.stats.leaves += std::popcount(active);
-  if (p.closed) packet.closed_leaf(p, active); else packet.patch_leaf(p, active);
+  if (p.closed)
+    packet.closed_leaf(p, active);
+  else
+    packet.patch_leaf(p, active);
 }
 
 // Ray by ray, by the very steps of the exact way.
-void into_instance(const WorldPacket& world, const InstanceScene& instance, std::uint64_t active, RayBlock& out, double* scale) {
+void into_instance(const WorldPacket& world, const InstanceScene& instance, std::uint64_t active,
+                   RayBlock& out, double* scale) {
   for (std::uint64_t rest = active; rest != 0; rest &= rest - 1) {
     const int i = std::countr_zero(rest);
-    const Ray ray = instance.local({world.rays.origin(i), world.rays.direction(i), world.rays.tmin[i], world.rays.tmax[i]}, scale[i]);
+    const Ray ray = instance.local(
+        {world.rays.origin(i), world.rays.direction(i), world.rays.tmin[i], world.rays.tmax[i]}, scale[i]);
     out.set(i, ray.org, ray.dir, ray.tmin, ray.tmax);
   }
 }
@@ -173,7 +182,8 @@ void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceSt
     packet.unit &= is_unit(glm::dot(ray.dir, ray.dir));
     packet.face[i] = kNoFace, packet.instance[i] = -1;
   }
-  packet.boxes.set(bvh, packet.rays, count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
+  packet.boxes.set(bvh, packet.rays,
+                   count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
   traverse(bvh, packet.boxes, visit_instance, &packet, &counters.nodes);
   counters.rays += count;
 

@@ -42,8 +42,10 @@ HWY_INLINE std::uint64_t meet_box(const RayPacket& p, const BvhNode& node, int c
     const auto x0 = hn::Mul(hn::Sub(lx, ox), ix), x1 = hn::Mul(hn::Sub(ux, ox), ix);
     const auto y0 = hn::Mul(hn::Sub(ly, oy), iy), y1 = hn::Mul(hn::Sub(uy, oy), iy);
     const auto z0 = hn::Mul(hn::Sub(lz, oz), iz), z1 = hn::Mul(hn::Sub(uz, oz), iz);
-    const auto enter = hn::Max(hn::Max(hn::Min(x0, x1), hn::Min(y0, y1)), hn::Max(hn::Min(z0, z1), hn::Load(d, p.tmin + i)));
-    const auto leave = hn::Min(hn::Min(hn::Max(x0, x1), hn::Max(y0, y1)), hn::Min(hn::Max(z0, z1), hn::Load(d, p.tmax + i)));
+    const auto enter =
+        hn::Max(hn::Max(hn::Min(x0, x1), hn::Min(y0, y1)), hn::Max(hn::Min(z0, z1), hn::Load(d, p.tmin + i)));
+    const auto leave =
+        hn::Min(hn::Min(hn::Max(x0, x1), hn::Max(y0, y1)), hn::Min(hn::Max(z0, z1), hn::Load(d, p.tmax + i)));
     result |= bits_of(d, hn::Le(enter, leave)) << i;
   }
   return result & rays;
@@ -56,12 +58,14 @@ struct Entry {
 
 // Children are pushed far to near along the packet's direction and tested when they are popped, when
 // the rays' tmax is as short as it can be.
-HWY_INLINE int push_children(const Bvh& bvh, const RayPacket& p, std::int32_t index, std::uint64_t rays, Entry* stack, int top) {
+HWY_INLINE int push_children(const Bvh& bvh, const RayPacket& p, std::int32_t index, std::uint64_t rays,
+                             Entry* stack, int top) {
   const BvhNode& node = bvh.nodes[index];
   float key[kBvhWidth];
   for (int i = 0; i < node.count; ++i) {
     key[i] = 0.0f;
-    for (int a = 0; a < 3; ++a) key[i] += p.order[a] * (p.order[a] > 0.0f ? node.lower[a][i] : node.upper[a][i]);
+    for (int a = 0; a < 3; ++a)
+      key[i] += p.order[a] * (p.order[a] > 0.0f ? node.lower[a][i] : node.upper[a][i]);
   }
   const int first = top;
   for (int i = 0; i < node.count; ++i) {
@@ -111,12 +115,15 @@ std::uint64_t NearCapsuleKernel(const RayPacket& p, const Capsule& c, std::uint6
     auto ex = hn::Set(d, c.b[0] - c.a[0]), ey = hn::Set(d, c.b[1] - c.a[1]), ez = hn::Set(d, c.b[2] - c.a[2]);
     const auto along_a = hn::Add(hn::Add(hn::Mul(ax, dx), hn::Mul(ay, dy)), hn::Mul(az, dz));
     const auto along_e = hn::Add(hn::Add(hn::Mul(ex, dx), hn::Mul(ey, dy)), hn::Mul(ez, dz));
-    ax = hn::Sub(ax, hn::Mul(along_a, dx)), ay = hn::Sub(ay, hn::Mul(along_a, dy)), az = hn::Sub(az, hn::Mul(along_a, dz));
-    ex = hn::Sub(ex, hn::Mul(along_e, dx)), ey = hn::Sub(ey, hn::Mul(along_e, dy)), ez = hn::Sub(ez, hn::Mul(along_e, dz));
+    ax = hn::Sub(ax, hn::Mul(along_a, dx)), ay = hn::Sub(ay, hn::Mul(along_a, dy)),
+    az = hn::Sub(az, hn::Mul(along_a, dz));
+    ex = hn::Sub(ex, hn::Mul(along_e, dx)), ey = hn::Sub(ey, hn::Mul(along_e, dy)),
+    ez = hn::Sub(ez, hn::Mul(along_e, dz));
     const auto ae = hn::Add(hn::Add(hn::Mul(ax, ex), hn::Mul(ay, ey)), hn::Mul(az, ez));
     const auto ee = hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez));
     const auto s = hn::Min(hn::Max(hn::Neg(hn::Div(ae, hn::Max(ee, tiny))), zero), one);
-    const auto qx = hn::Add(ax, hn::Mul(s, ex)), qy = hn::Add(ay, hn::Mul(s, ey)), qz = hn::Add(az, hn::Mul(s, ez));
+    const auto qx = hn::Add(ax, hn::Mul(s, ex)), qy = hn::Add(ay, hn::Mul(s, ey)),
+               qz = hn::Add(az, hn::Mul(s, ez));
     const auto q = hn::Add(hn::Add(hn::Mul(qx, qx), hn::Mul(qy, qy)), hn::Mul(qz, qz));
     result |= bits_of(d, hn::Le(q, limit)) << i;
   }
@@ -141,16 +148,19 @@ void SetKernel(RayPacket& p, const Bvh& bvh, const RayBlock& block, std::uint64_
   p.live = 0;
   for (std::size_t i = 0; i < kPacketSize; i += lanes) {
     if (!((rays >> i) & group)) continue;
-    const auto dx = hn::Load(d, block.dir[0] + i), dy = hn::Load(d, block.dir[1] + i), dz = hn::Load(d, block.dir[2] + i);
+    const auto dx = hn::Load(d, block.dir[0] + i), dy = hn::Load(d, block.dir[1] + i),
+               dz = hn::Load(d, block.dir[2] + i);
     auto x = hn::Sub(hn::Load(d, block.org[0] + i), hn::Set(d, bvh.center.x));
     auto y = hn::Sub(hn::Load(d, block.org[1] + i), hn::Set(d, bvh.center.y));
     auto z = hn::Sub(hn::Load(d, block.org[2] + i), hn::Set(d, bvh.center.z));
     const auto nearest = hn::Neg(hn::Add(hn::Add(hn::Mul(x, dx), hn::Mul(y, dy)), hn::Mul(z, dz)));
-    x = hn::Add(x, hn::Mul(nearest, dx)), y = hn::Add(y, hn::Mul(nearest, dy)), z = hn::Add(z, hn::Mul(nearest, dz));
+    x = hn::Add(x, hn::Mul(nearest, dx)), y = hn::Add(y, hn::Mul(nearest, dy)),
+    z = hn::Add(z, hn::Mul(nearest, dz));
     const auto tmin = hn::Load(d, block.tmin + i), tmax = hn::Load(d, block.tmax + i);
     const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
     const auto in_ball = hn::And(hn::Le(distance2, radius2), hn::Le(tmin, tmax));
-    const auto in_range = hn::And(hn::Ge(tmax, hn::Sub(nearest, radius)), hn::Le(tmin, hn::Add(nearest, radius)));
+    const auto in_range =
+        hn::And(hn::Ge(tmax, hn::Sub(nearest, radius)), hn::Le(tmin, hn::Add(nearest, radius)));
     const auto meets = hn::And(in_ball, in_range);
     alignas(8) std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(d, meets, bytes);
@@ -170,7 +180,8 @@ void SetKernel(RayPacket& p, const Bvh& bvh, const RayBlock& block, std::uint64_
     hn::Store(nearest, d, p.t0 + i);
     hn::Store(hn::Neg(above(hn::Sub(nearest, tmin))), f, p.tmin + i);
     hn::Store(above(hn::Sub(tmax, nearest)), f, p.tmax + i);
-    sum_x = hn::Add(sum_x, hn::IfThenElseZero(meets, dx)), sum_y = hn::Add(sum_y, hn::IfThenElseZero(meets, dy));
+    sum_x = hn::Add(sum_x, hn::IfThenElseZero(meets, dx)),
+    sum_y = hn::Add(sum_y, hn::IfThenElseZero(meets, dy));
     sum_z = hn::Add(sum_z, hn::IfThenElseZero(meets, dz));
   }
   p.order[0] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_x)));

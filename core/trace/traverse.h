@@ -42,7 +42,8 @@ struct RayPacket {
 
   // Rounded towards +infinity by more than a float's half ulp; finite.
   static float float_above(double t) {
-    return static_cast<float>(std::clamp(t + std::abs(t) * kAbove, -static_cast<double>(kFar), static_cast<double>(kFar)));
+    return static_cast<float>(
+        std::clamp(t + std::abs(t) * kAbove, -static_cast<double>(kFar), static_cast<double>(kFar)));
   }
   static constexpr double kAbove = 1.2e-7;
   static constexpr float kFar = 3e37f;

@@ -15,7 +15,8 @@ void traverse_one(const Bvh& bvh, dvec3 org, dvec3 dir, double tmin, double tmax
   const double t0 = glm::dot(bvh.center - org, dir);
   const dvec3 o = (org - bvh.center) + t0 * dir;
   dvec3 inv;
-  for (int a = 0; a < 3; ++a) inv[a] = 1.0 / (std::abs(dir[a]) < 1e-30 ? std::copysign(1e-30, dir[a]) : dir[a]);
+  for (int a = 0; a < 3; ++a)
+    inv[a] = 1.0 / (std::abs(dir[a]) < 1e-30 ? std::copysign(1e-30, dir[a]) : dir[a]);
   const double near = tmin - t0, far = tmax - t0;
   std::int32_t stack[kBvhDepth * kBvhWidth];
   int top = 0;
@@ -29,7 +30,10 @@ void traverse_one(const Bvh& bvh, dvec3 org, dvec3 dir, double tmin, double tmax
         enter = std::max(enter, std::min(p, q)), leave = std::min(leave, std::max(p, q));
       }
       if (!(enter <= leave)) continue;
-      if (node.child[i] < 0) visit(~node.child[i]); else stack[top++] = node.child[i];
+      if (node.child[i] < 0)
+        visit(~node.child[i]);
+      else
+        stack[top++] = node.child[i];
     }
   }
 }

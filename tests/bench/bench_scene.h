@@ -43,7 +43,8 @@ inline nurbs::NurbsStore from_stream(const std::vector<std::byte>& bytes) {
     input.instance_prototypes.push_back(static_cast<std::int32_t>(input.prototype_shapes.size()));
     input.prototype_shapes.push_back(static_cast<std::int32_t>(i + 1));
     for (const double x : {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}) input.instance_placements.push_back(x);
-    for (int k = 0; k < 4; ++k) input.prototype_colors.push_back(-1.0f), input.instance_colors.push_back(-1.0f);
+    for (int k = 0; k < 4; ++k)
+      input.prototype_colors.push_back(-1.0f), input.instance_colors.push_back(-1.0f);
   }
   return nurbs::build_store(bytes, input);
 }
@@ -53,26 +54,31 @@ inline Box3 world_bounds(const nurbs::NurbsStore& store) {
   for (const nurbs::Instance& instance : store.instances) {
     const Box3& b = store.prototypes[instance.prototype].bounds;
     for (int k = 0; k < 8; ++k)
-      bounds.add(instance.placement.point({(k & 1 ? b.lower : b.upper).x, (k & 2 ? b.lower : b.upper).y, (k & 4 ? b.lower : b.upper).z}));
+      bounds.add(instance.placement.point(
+          {(k & 1 ? b.lower : b.upper).x, (k & 2 ? b.lower : b.upper).y, (k & 4 ? b.lower : b.upper).z}));
   }
   return bounds;
 }
 
 inline std::vector<trace::Ray> camera_rays(const Box3& bounds, dvec3 from, int size) {
   const dvec3 dir = -glm::normalize(from);
-  const dvec3 right = glm::normalize(glm::cross(dir, std::abs(dir.z) > 0.99 ? dvec3(0, 1, 0) : dvec3(0, 0, 1)));
+  const dvec3 right =
+      glm::normalize(glm::cross(dir, std::abs(dir.z) > 0.99 ? dvec3(0, 1, 0) : dvec3(0, 0, 1)));
   const dvec3 up = glm::cross(right, dir);
   dvec2 half(0.0);
   for (int k = 0; k < 8; ++k) {
-    const dvec3 corner = dvec3((k & 1 ? bounds.lower : bounds.upper).x, (k & 2 ? bounds.lower : bounds.upper).y,
-                               (k & 4 ? bounds.lower : bounds.upper).z) - bounds.center();
+    const dvec3 corner =
+        dvec3((k & 1 ? bounds.lower : bounds.upper).x, (k & 2 ? bounds.lower : bounds.upper).y,
+              (k & 4 ? bounds.lower : bounds.upper).z) -
+        bounds.center();
     half = glm::max(half, glm::abs(dvec2(glm::dot(corner, right), glm::dot(corner, up))));
   }
   const double pixel = 2.0 * std::max(half.x, half.y) * 1.05 / size;
   std::vector<trace::Ray> rays;
   for (int tile = 0; tile < size / 8 * (size / 8); ++tile)
     for (int k = 0; k < 64; ++k) {
-      const double x = (tile % (size / 8) * 8 + k % 8 + 0.5 - size / 2.0) * pixel, y = (tile / (size / 8) * 8 + k / 8 + 0.5 - size / 2.0) * pixel;
+      const double x = (tile % (size / 8) * 8 + k % 8 + 0.5 - size / 2.0) * pixel,
+                   y = (tile / (size / 8) * 8 + k / 8 + 0.5 - size / 2.0) * pixel;
       rays.push_back({bounds.center() + x * right - y * up - bounds.diagonal() * dir, dir, 0.0, kInf});
     }
   return rays;
@@ -106,7 +112,8 @@ inline int main_with(int argc, char** argv, int (*run)(const Options&)) {
     if (option == "--size") options.size = std::stoi(argv[i + 1]);
     if (option == "--repeat") options.repeat = std::stoi(argv[i + 1]);
     if (option == "--threads") options.threads = std::stoi(argv[i + 1]);
-    if (option == "--view") std::sscanf(argv[i + 1], "%lf,%lf,%lf", &options.from.x, &options.from.y, &options.from.z);
+    if (option == "--view")
+      std::sscanf(argv[i + 1], "%lf,%lf,%lf", &options.from.x, &options.from.y, &options.from.z);
   }
   return run(options);
 }

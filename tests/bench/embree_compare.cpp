@@ -44,8 +44,8 @@ struct Tester {
     for (; rays != 0; rays &= rays - 1) {
       const int i = std::countr_zero(rays);
       trace::ClosedRoot roots[trace::kMaxClosedRoots];
-      const int count = trace::closed_form_roots(scene.form(p.face), block.origin(i), block.direction(i), leaf.uv, block.tmin[i],
-                                                 block.tmax[i], roots);
+      const int count = trace::closed_form_roots(scene.form(p.face), block.origin(i), block.direction(i),
+                                                 leaf.uv, block.tmin[i], block.tmax[i], roots);
       for (int k = 0; k < count; ++k)
         if (take(i, scene, p, roots[k].t, roots[k].uv)) break;
     }
@@ -55,7 +55,8 @@ struct Tester {
     while (rays != 0) {
       trace::RayLanes lanes;
       int index[trace::kLanes], count = 0;
-      for (; rays != 0 && count < trace::kLanes; rays &= rays - 1, ++count) index[count] = std::countr_zero(rays);
+      for (; rays != 0 && count < trace::kLanes; rays &= rays - 1, ++count)
+        index[count] = std::countr_zero(rays);
       for (int k = 0; k < trace::kLanes; ++k) {
         const int i = index[k < count ? k : 0];
         lanes.org_x[k] = block.org[0][i], lanes.org_y[k] = block.org[1][i], lanes.org_z[k] = block.org[2][i];
@@ -70,7 +71,8 @@ struct Tester {
         } else if (!((roots.none >> k) & 1)) {
           std::vector<trace::Root> found;
           const int i = index[k];
-          scene.patches.all_roots(p.leaf, {block.origin(i), block.direction(i), block.tmin[i], block.tmax[i]}, found);
+          scene.patches.all_roots(p.leaf, {block.origin(i), block.direction(i), block.tmin[i], block.tmax[i]},
+                                  found);
           for (const trace::Root& root : found) take(i, scene, p, root.t, root.uv_face);
         }
       }
@@ -81,7 +83,10 @@ struct Tester {
     const trace::PrototypeScene& scene = *leaves[leaf].prototype;
     const trace::ScenePrimitive& p = scene.primitives[leaves[leaf].primitive];
     tests += std::popcount(rays);
-    if (p.closed) closed(scene, p, rays); else patch(scene, p, rays);
+    if (p.closed)
+      closed(scene, p, rays);
+    else
+      patch(scene, p, rays);
   }
 };
 
@@ -169,7 +174,8 @@ struct Bench {
         // Embree wants tnear >= 0: its rays start outside of the model.
         if (start_behind > 0.0)
           for (int i = 0; i < kPacketSize; ++i) {
-            for (int a = 0; a < 3; ++a) boxes->org[a][i] -= static_cast<float>(start_behind) * boxes->dir[a][i];
+            for (int a = 0; a < 3; ++a)
+              boxes->org[a][i] -= static_cast<float>(start_behind) * boxes->dir[a][i];
             boxes->t0[i] -= static_cast<float>(start_behind);
             boxes->set_tmax(i, tester.block.tmax[i]);
           }
@@ -192,7 +198,8 @@ int run(const bench::Options& options) {
     for (std::size_t i = 0; i < prototype->primitives.size(); ++i) {
       const trace::ScenePrimitive& p = prototype->primitives[i];
       bench.tester.leaves.push_back({prototype.get(), static_cast<std::int32_t>(i)});
-      boxes.push_back(p.closed ? prototype->closed_leaves[p.leaf].box : prototype->patches.leaves()[p.leaf].box);
+      boxes.push_back(p.closed ? prototype->closed_leaves[p.leaf].box
+                               : prototype->patches.leaves()[p.leaf].box);
     }
   double start = bench::cpu_seconds();
   bench.bvh = trace::build_bvh(boxes);
@@ -226,14 +233,21 @@ int run(const bench::Options& options) {
   } bounds{boxes, bench.bvh};
   rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(boxes.size()));
   rtcSetGeometryUserData(geometry, &bounds);
-  rtcSetGeometryBoundsFunction(geometry, [](const RTCBoundsFunctionArguments* args) {
-    const auto& b = *static_cast<const Bounds*>(args->geometryUserPtr);
-    const Box3& box = b.boxes[args->primID];
-    const dvec3 lower = box.lower - b.bvh.center - 2.0 * b.bvh.dilation, upper = box.upper - b.bvh.center + 2.0 * b.bvh.dilation;
-    args->bounds_o->lower_x = static_cast<float>(lower.x), args->bounds_o->upper_x = static_cast<float>(upper.x);
-    args->bounds_o->lower_y = static_cast<float>(lower.y), args->bounds_o->upper_y = static_cast<float>(upper.y);
-    args->bounds_o->lower_z = static_cast<float>(lower.z), args->bounds_o->upper_z = static_cast<float>(upper.z);
-  }, nullptr);
+  rtcSetGeometryBoundsFunction(
+      geometry,
+      [](const RTCBoundsFunctionArguments* args) {
+        const auto& b = *static_cast<const Bounds*>(args->geometryUserPtr);
+        const Box3& box = b.boxes[args->primID];
+        const dvec3 lower = box.lower - b.bvh.center - 2.0 * b.bvh.dilation,
+                    upper = box.upper - b.bvh.center + 2.0 * b.bvh.dilation;
+        args->bounds_o->lower_x = static_cast<float>(lower.x),
+        args->bounds_o->upper_x = static_cast<float>(upper.x);
+        args->bounds_o->lower_y = static_cast<float>(lower.y),
+        args->bounds_o->upper_y = static_cast<float>(upper.y);
+        args->bounds_o->lower_z = static_cast<float>(lower.z),
+        args->bounds_o->upper_z = static_cast<float>(upper.z);
+      },
+      nullptr);
   rtcSetGeometryIntersectFunction(geometry, embree_intersect);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(embree, geometry);
@@ -242,23 +256,31 @@ int run(const bench::Options& options) {
   const double embree_build = bench::cpu_seconds() - start;
 
   std::printf("%zu leaves; build own %.4f s, Embree %.4f s\n", boxes.size(), own_build, embree_build);
-  std::printf("own, 64 rays:    %.2f M rays/s, %.3f leaf tests a ray\n", own, static_cast<double>(own_tests) / static_cast<double>(bench.rays.size()));
-  std::printf("own, 16 rays:    %.2f M rays/s, %.3f leaf tests a ray\n", own16, static_cast<double>(own16_tests) / static_cast<double>(bench.rays.size()));
-  const auto compare = [&](const char* name, const std::function<void(trace::RayPacket&, EmbreeContext&)>& packet) {
-    const double rate = bench.run(options.repeat, 2.5 * bench.bvh.radius, [&](trace::RayPacket& boxes_of_rays) {
-      EmbreeContext context;
-      rtcInitIntersectContext(&context.base);
-      context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-      context.tester = &bench.tester, context.t0 = boxes_of_rays.t0;
-      packet(boxes_of_rays, context);
-    });
+  std::printf("own, 64 rays:    %.2f M rays/s, %.3f leaf tests a ray\n", own,
+              static_cast<double>(own_tests) / static_cast<double>(bench.rays.size()));
+  std::printf("own, 16 rays:    %.2f M rays/s, %.3f leaf tests a ray\n", own16,
+              static_cast<double>(own16_tests) / static_cast<double>(bench.rays.size()));
+  const auto compare = [&](const char* name,
+                           const std::function<void(trace::RayPacket&, EmbreeContext&)>& packet) {
+    const double rate =
+        bench.run(options.repeat, 2.5 * bench.bvh.radius, [&](trace::RayPacket& boxes_of_rays) {
+          EmbreeContext context;
+          rtcInitIntersectContext(&context.base);
+          context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+          context.tester = &bench.tester, context.t0 = boxes_of_rays.t0;
+          packet(boxes_of_rays, context);
+        });
     std::size_t different = 0;
     for (std::size_t i = 0; i < expected.size(); ++i) different += expected[i] != bench.faces[i];
     std::printf("%s %.2f M rays/s, %.3f leaf tests a ray, %zu hits differ\n", name, rate,
                 static_cast<double>(bench.tester.tests) / static_cast<double>(bench.rays.size()), different);
   };
-  compare("rtcIntersect8:  ", [&](trace::RayPacket& p, EmbreeContext& c) { embree_packet<RTCRayHit8, 8>(embree, p, c, rtcIntersect8); });
-  compare("rtcIntersect16: ", [&](trace::RayPacket& p, EmbreeContext& c) { embree_packet<RTCRayHit16, 16>(embree, p, c, rtcIntersect16); });
+  compare("rtcIntersect8:  ", [&](trace::RayPacket& p, EmbreeContext& c) {
+    embree_packet<RTCRayHit8, 8>(embree, p, c, rtcIntersect8);
+  });
+  compare("rtcIntersect16: ", [&](trace::RayPacket& p, EmbreeContext& c) {
+    embree_packet<RTCRayHit16, 16>(embree, p, c, rtcIntersect16);
+  });
   rtcReleaseGeometry(geometry), rtcReleaseScene(embree), rtcReleaseDevice(device);
   return 0;
 }

@@ -27,7 +27,8 @@ std::vector<Box3> random_boxes(int count, dvec3 shift, std::uint64_t seed) {
 bool meets(const Box3& box, dvec3 org, dvec3 dir, double tmin, double tmax) {
   long double enter = tmin, leave = tmax;
   for (int a = 0; a < 3; ++a) {
-    const long double lower = static_cast<long double>(box.lower[a]) - org[a], upper = static_cast<long double>(box.upper[a]) - org[a];
+    const long double lower = static_cast<long double>(box.lower[a]) - org[a],
+                      upper = static_cast<long double>(box.upper[a]) - org[a];
     if (dir[a] == 0.0) {
       if (lower > 0 || upper < 0) return false;
       continue;
@@ -43,7 +44,8 @@ struct Visits {
 };
 
 void note(void* context, std::int32_t primitive, std::uint64_t rays) {
-  for (; rays != 0; rays &= rays - 1) static_cast<Visits*>(context)->seen[std::countr_zero(rays)].insert(primitive);
+  for (; rays != 0; rays &= rays - 1)
+    static_cast<Visits*>(context)->seen[std::countr_zero(rays)].insert(primitive);
 }
 
 void check(const std::vector<Box3>& boxes, dvec3 shift, bool axis_parallel) {
@@ -96,7 +98,8 @@ TEST(BvhTest, EmptyBoxesAreLeftOut) {
   const Bvh bvh = build_bvh(boxes);
   std::set<int> seen;
   for (const Box3& box : random_boxes(3, dvec3(0.0), 4))
-    traverse_one(bvh, box.center() - dvec3(0, 0, 100), dvec3(0, 0, 1), 0.0, kInf, [&](std::int32_t p) { seen.insert(p); });
+    traverse_one(bvh, box.center() - dvec3(0, 0, 100), dvec3(0, 0, 1), 0.0, kInf,
+                 [&](std::int32_t p) { seen.insert(p); });
   EXPECT_EQ(seen, (std::set<int>{0, 1, 2}));
   EXPECT_TRUE(build_bvh(std::vector<Box3>(2)).nodes.empty());
   EXPECT_TRUE(build_bvh({}).nodes.empty());
@@ -114,7 +117,8 @@ TEST(BvhTest, RaysThatAreNotFiniteMeetNothing) {
   const Bvh bvh = build_bvh(random_boxes(50, dvec3(0.0), 5));
   auto packet = std::make_unique<RayPacket>();
   auto block = std::make_unique<RayBlock>();
-  for (int i = 0; i < kPacketSize; ++i) block->set(i, dvec3(i % 2 ? kNaN : 0.0), dvec3(i % 2 ? 1.0 : kNaN, 0, 0), 0.0, kInf);
+  for (int i = 0; i < kPacketSize; ++i)
+    block->set(i, dvec3(i % 2 ? kNaN : 0.0), dvec3(i % 2 ? 1.0 : kNaN, 0, 0), 0.0, kInf);
   packet->set(bvh, *block, ~std::uint64_t{0});
   EXPECT_EQ(packet->live, 0u);
 }

@@ -20,7 +20,8 @@ struct Case {
   Box2 uv;
 };
 
-nurbs::Surface surface(SurfaceKind kind, double r1, double r2, double angle, dvec3 location, bool left_handed) {
+nurbs::Surface surface(SurfaceKind kind, double r1, double r2, double angle, dvec3 location,
+                       bool left_handed) {
   nurbs::Surface s;
   s.kind = kind, s.r1 = r1, s.r2 = r2, s.semi_angle = angle, s.location = location;
   s.z_axis = glm::normalize(dvec3(1, 2, 3));
@@ -60,13 +61,16 @@ long double implicit(const nurbs::Surface& s, dvec3 org, dvec3 dir, long double 
   const long double rho2 = local[0] * local[0] + local[1] * local[1], z = local[2];
   const long double r1 = s.r1, r2 = s.r2;
   switch (s.kind) {
-    case SurfaceKind::kPlane: return z;
-    case SurfaceKind::kCylinder: return rho2 - r1 * r1;
+    case SurfaceKind::kPlane:
+      return z;
+    case SurfaceKind::kCylinder:
+      return rho2 - r1 * r1;
     case SurfaceKind::kCone: {
       const long double w = r1 + z * std::tan(static_cast<long double>(s.semi_angle));
       return rho2 - w * w;
     }
-    case SurfaceKind::kSphere: return rho2 + z * z - r1 * r1;
+    case SurfaceKind::kSphere:
+      return rho2 + z * z - r1 * r1;
     default: {
       const long double k = rho2 + z * z + r1 * r1 - r2 * r2;
       return k * k - 4 * r1 * r1 * rho2;
@@ -103,9 +107,11 @@ TEST_P(ClosedFormTest, RayThroughAPointOfTheSurfaceFindsItsTAndUv) {
 
 TEST_P(ClosedFormTest, RootsAreTheSignChangesOfTheImplicitFunction) {
   const Case& c = GetParam();
-  if (c.surface.kind == SurfaceKind::kCone && c.uv.lower.y == -4) return;  // covered by the uv range test below
+  if (c.surface.kind == SurfaceKind::kCone && c.uv.lower.y == -4)
+    return;  // covered by the uv range test below
   Box2 whole = c.uv;
-  if (!is_angle_v(c.surface.kind) && c.surface.kind != SurfaceKind::kSphere) whole.lower.y = -1e9, whole.upper.y = 1e9;
+  if (!is_angle_v(c.surface.kind) && c.surface.kind != SurfaceKind::kSphere)
+    whole.lower.y = -1e9, whole.upper.y = 1e9;
   if (c.surface.kind == SurfaceKind::kPlane) whole.lower.x = -1e9, whole.upper.x = 1e9;
   ClosedForm form = make_closed_form(c.surface, c.uv, 1e-6);
   std::mt19937_64 random(11);
@@ -153,12 +159,14 @@ TEST_P(ClosedFormTest, BoxHoldsTheSurfaceAndIsTight) {
     constexpr int kSteps = 60;
     for (int i = 0; i <= kSteps; ++i)
       for (int j = 0; j <= kSteps; ++j)
-        sampled.add(closed_form_point(form, part.lower + part.extent() * dvec2(i, j) / static_cast<double>(kSteps)));
+        sampled.add(
+            closed_form_point(form, part.lower + part.extent() * dvec2(i, j) / static_cast<double>(kSteps)));
     ASSERT_TRUE(box.contains(sampled.lower) && box.contains(sampled.upper)) << c.name;
     // A bump missed between two samples is at most step^2 / 8 times the curvature radius high.
     const dvec2 length = closed_form_lengths(form, part);
     const double slack = 0.02 * (length.x + length.y) + 1e-8;
-    EXPECT_LE(glm::length(box.lower - sampled.lower) + glm::length(box.upper - sampled.upper), slack) << c.name;
+    EXPECT_LE(glm::length(box.lower - sampled.lower) + glm::length(box.upper - sampled.upper), slack)
+        << c.name;
   }
 }
 
@@ -176,7 +184,8 @@ TEST_P(ClosedFormTest, NormalIsTheCrossProductOfTheDerivatives) {
     const dvec3 dv = closed_form_point(form, uv + dvec2(0, h)) - closed_form_point(form, uv - dvec2(0, h));
     const dvec3 n = glm::cross(du, dv);
     if (glm::length(n) < 1e-4 * h * h) continue;
-    EXPECT_NEAR(glm::dot(glm::normalize(n), closed_form_normal(form, uv)), 1.0, 1e-6) << c.name << ' ' << uv.x << ' ' << uv.y;
+    EXPECT_NEAR(glm::dot(glm::normalize(n), closed_form_normal(form, uv)), 1.0, 1e-6)
+        << c.name << ' ' << uv.x << ' ' << uv.y;
   }
 }
 
@@ -219,7 +228,9 @@ TEST(ClosedFormRangeTest, RayAlongTheAxisMeetsNoCylinderAndOneConeSheet) {
   EXPECT_EQ(closed_form_roots(tube, 1.9 * cylinder.x_axis, cylinder.z_axis, tube.uv, -kInf, kInf, roots), 0);
   const nurbs::Surface funnel = surface(SurfaceKind::kCone, 2.0, 0.0, 0.3, dvec3(0.0), false);
   const ClosedForm cone = make_closed_form(funnel, {{0, -3}, {2 * kPi, 3}}, 0.0);
-  ASSERT_EQ(closed_form_roots(cone, 2.5 * funnel.y_axis - 10.0 * funnel.z_axis, funnel.z_axis, cone.uv, -kInf, kInf, roots), 1);
+  ASSERT_EQ(closed_form_roots(cone, 2.5 * funnel.y_axis - 10.0 * funnel.z_axis, funnel.z_axis, cone.uv, -kInf,
+                              kInf, roots),
+            1);
   EXPECT_NEAR(roots[0].t, 10.0 + 0.5 / std::tan(0.3), 1e-13);
   EXPECT_NEAR(roots[0].uv.x, kPi / 2, 1e-14);
 }

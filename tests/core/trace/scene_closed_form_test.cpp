@@ -20,7 +20,8 @@ using Real = long double;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kQuarter = std::numbers::pi / 2.0;
 
-// Coefficients in t of the implicit equation along a ray, about the ray's point nearest to the frame's origin.
+// Coefficients in t of the implicit equation along a ray, about the ray's point nearest to the frame's
+// origin.
 struct Line {
   Real o[3], d[3], t0;
 };
@@ -56,13 +57,16 @@ std::vector<Real> implicit(const nurbs::Surface& s, const Line& l, Real grow) {
   const std::vector<Real> rho2 = sum(times(x, x), times(y, y), 1);
   const Real r1 = s.r1, r2 = s.r2 * (1 + grow);
   switch (s.kind) {
-    case SurfaceKind::kPlane: return z;
-    case SurfaceKind::kCylinder: return sum(rho2, {1}, -r1 * r1 * (1 + grow) * (1 + grow));
+    case SurfaceKind::kPlane:
+      return z;
+    case SurfaceKind::kCylinder:
+      return sum(rho2, {1}, -r1 * r1 * (1 + grow) * (1 + grow));
     case SurfaceKind::kCone: {
       const std::vector<Real> w = sum({r1 * (1 + grow)}, z, std::tan(static_cast<Real>(s.semi_angle)));
       return sum(rho2, times(w, w), -1);
     }
-    case SurfaceKind::kSphere: return sum(sum(rho2, times(z, z), 1), {1}, -r1 * r1 * (1 + grow) * (1 + grow));
+    case SurfaceKind::kSphere:
+      return sum(sum(rho2, times(z, z), 1), {1}, -r1 * r1 * (1 + grow) * (1 + grow));
     default: {
       const std::vector<Real> k = sum(sum(rho2, times(z, z), 1), {1}, r1 * r1 - r2 * r2);
       return sum(times(k, k), rho2, -4 * r1 * r1);
@@ -73,7 +77,8 @@ std::vector<Real> implicit(const nurbs::Surface& s, const Line& l, Real grow) {
 // Roots in [a, b] of a polynomial given by Bernstein coefficients there.
 void isolate(const std::vector<Real>& bernstein, Real a, Real b, int depth, std::vector<Real>& roots) {
   int changes = 0;
-  for (std::size_t i = 0; i + 1 < bernstein.size(); ++i) changes += (bernstein[i] < 0) != (bernstein[i + 1] < 0);
+  for (std::size_t i = 0; i + 1 < bernstein.size(); ++i)
+    changes += (bernstein[i] < 0) != (bernstein[i + 1] < 0);
   if (changes == 0) return;
   if (depth == 0) return roots.push_back((a + b) / 2);
   std::vector<Real> left, right(bernstein.size()), work = bernstein;
@@ -110,7 +115,8 @@ struct Expected {
 };
 
 // wider: by how much the uv box is enlarged, relative to its size.
-void first_hit(const FaceSpec& spec, int face, dvec3 org, dvec3 dir, Real reach, Real grow, Real wider, Expected& best) {
+void first_hit(const FaceSpec& spec, int face, dvec3 org, dvec3 dir, Real reach, Real grow, Real wider,
+               Expected& best) {
   const nurbs::Surface& s = spec.surface.surface;
   const Line l = local_line(s, org, dir);
   for (const Real root : line_roots(implicit(s, l, grow), reach)) {
@@ -119,15 +125,22 @@ void first_hit(const FaceSpec& spec, int face, dvec3 org, dvec3 dir, Real reach,
     const Real rho = std::sqrt(p[0] * p[0] + p[1] * p[1]);
     Real u = std::atan2(p[1], p[0]), v = 0;
     switch (s.kind) {
-      case SurfaceKind::kPlane: u = p[0], v = p[1]; break;
-      case SurfaceKind::kCylinder: v = p[2]; break;
+      case SurfaceKind::kPlane:
+        u = p[0], v = p[1];
+        break;
+      case SurfaceKind::kCylinder:
+        v = p[2];
+        break;
       case SurfaceKind::kCone:
         v = p[2] / std::cos(static_cast<Real>(s.semi_angle));
         if (s.r1 + p[2] * std::tan(static_cast<Real>(s.semi_angle)) < 0) u = std::atan2(-p[1], -p[0]);
         break;
-      case SurfaceKind::kSphere: v = std::atan2(p[2], rho); break;
+      case SurfaceKind::kSphere:
+        v = std::atan2(p[2], rho);
+        break;
       default: {
-        const Real outer = std::abs(std::hypot(rho - s.r1, p[2]) - s.r2), inner = std::abs(std::hypot(rho + s.r1, p[2]) - s.r2);
+        const Real outer = std::abs(std::hypot(rho - s.r1, p[2]) - s.r2),
+                   inner = std::abs(std::hypot(rho + s.r1, p[2]) - s.r2);
         v = inner < outer ? std::atan2(p[2], -rho - s.r1) : std::atan2(p[2], rho - s.r1);
         if (inner < outer) u = std::atan2(-p[1], -p[0]);
         break;
@@ -138,13 +151,17 @@ void first_hit(const FaceSpec& spec, int face, dvec3 org, dvec3 dir, Real reach,
       if (!turns) return x >= lower - grown && x <= upper + grown;
       if (upper - lower > kTurn - 1e-9) return true;
       for (int k = -2; k <= 2; ++k)
-        if (x + k * static_cast<Real>(kTurn) >= lower - grown && x + k * static_cast<Real>(kTurn) <= upper + grown) return true;
+        if (x + k * static_cast<Real>(kTurn) >= lower - grown &&
+            x + k * static_cast<Real>(kTurn) <= upper + grown)
+          return true;
       return false;
     };
     if (!in(u, spec.uv_box.lower.x, spec.uv_box.upper.x, s.kind != SurfaceKind::kPlane)) continue;
-    const bool whole_sphere = s.kind == SurfaceKind::kSphere && std::abs(std::abs(v) - kQuarter) < 1e-6 &&
-                              std::abs(v > 0 ? spec.uv_box.upper.y - kQuarter : spec.uv_box.lower.y + kQuarter) < 1e-9;
-    if (!whole_sphere && !in(v, spec.uv_box.lower.y, spec.uv_box.upper.y, s.kind == SurfaceKind::kTorus)) continue;
+    const bool whole_sphere =
+        s.kind == SurfaceKind::kSphere && std::abs(std::abs(v) - kQuarter) < 1e-6 &&
+        std::abs(v > 0 ? spec.uv_box.upper.y - kQuarter : spec.uv_box.lower.y + kQuarter) < 1e-9;
+    if (!whole_sphere && !in(v, spec.uv_box.lower.y, spec.uv_box.upper.y, s.kind == SurfaceKind::kTorus))
+      continue;
     const Real t = l.t0 + root;
     if (t >= 0 && t < best.t) best = {t, face};
   }
@@ -167,7 +184,8 @@ std::vector<SceneCase> cases() {
       const Frame3& f = far ? tilted : up;
       const Frame3& g = far ? up : tilted;
       const auto add = [&](const char* name, std::vector<FaceSpec> faces, double diagonal) {
-        all.push_back({std::string(name) + (as_nurbs ? "_nurbs" : "") + (far ? "_far" : ""), faces, at, diagonal, as_nurbs});
+        all.push_back({std::string(name) + (as_nurbs ? "_nurbs" : "") + (far ? "_far" : ""), faces, at,
+                       diagonal, as_nurbs});
       };
       const auto box = [](double u0, double v0, double u1, double v1) { return Box2{{u0, v0}, {u1, v1}}; };
       add("sphere", {nurbs::full_sphere(f, 2)}, 7);
@@ -175,14 +193,18 @@ std::vector<SceneCase> cases() {
       add("tube", {nurbs::tube(f, 1.5, -2, 2)}, 6);
       add("tube_sector", {{nurbs::make_cylinder(g, 1.5), box(1, -2, 5, 2), false, false}}, 6);
       add("cone", {{nurbs::make_cone(f, 1.0, 0.4), box(0, -1, kTurn, 2), false, false}}, 6);
-      add("cone_apex", {{nurbs::make_cone(g, 1.0, 0.5), box(0, -1.0 / std::sin(0.5), kTurn, 1), false, false}}, 6);
+      add("cone_apex",
+          {{nurbs::make_cone(g, 1.0, 0.5), box(0, -1.0 / std::sin(0.5), kTurn, 1), false, false}}, 6);
       add("torus", {nurbs::full_torus(f, 2, 0.7)}, 7.8);
       add("torus_part", {{nurbs::make_torus(g, 2, 0.7), box(0.3, 1.0, 4.4, 5.5), false, false}}, 7.8);
       add("thin_torus", {nurbs::full_torus(g, 2, 0.05)}, 7);
       add("plane", {{nurbs::make_plane(g), box(-1, -2, 2, 1), false, false}}, 5);
       add("nested", {nurbs::full_sphere(f, 1), nurbs::full_torus(g, 2, 0.5), nurbs::tube(f, 2.7, -1, 1)}, 8);
-      add("crossing", {{nurbs::make_plane(f), box(-2, -2, 2, 2), false, false}, nurbs::tube(g, 1, -2, 2),
-                       {nurbs::make_cone(f, 0.8, -0.3), box(0, -2, kTurn, 2), true, false}}, 7);
+      add("crossing",
+          {{nurbs::make_plane(f), box(-2, -2, 2, 2), false, false},
+           nurbs::tube(g, 1, -2, 2),
+           {nurbs::make_cone(f, 0.8, -0.3), box(0, -2, kTurn, 2), true, false}},
+          7);
       if (!as_nurbs) {
         add("horn_torus", {nurbs::full_torus(f, 1.5, 1.5)}, 9);
         add("spindle_torus", {nurbs::full_torus(g, 1, 1.6)}, 8);
@@ -208,7 +230,8 @@ TEST_P(ClosedFormSceneTest, FirstHitsAreRightFromAllSides) {
     const dvec3 axis(view % 3 - 1, view / 3 % 3 - 1, view / 9 - 1);
     if (axis == dvec3(0.0)) continue;
     const dvec3 dir = glm::normalize(axis);
-    const dvec3 right = glm::normalize(glm::cross(dir, std::abs(dir.z) > 0.9 ? dvec3(0, 1, 0) : dvec3(0, 0, 1)));
+    const dvec3 right =
+        glm::normalize(glm::cross(dir, std::abs(dir.z) > 0.9 ? dvec3(0, 1, 0) : dvec3(0, 0, 1)));
     const dvec3 up = glm::cross(right, dir);
     for (int i = 0; i < kSize; ++i)
       for (int j = 0; j < kSize; ++j) {
@@ -233,14 +256,16 @@ TEST_P(ClosedFormSceneTest, FirstHitsAreRightFromAllSides) {
     const Real grow[3] = {0, 1e-9L, -1e-9L};
     for (int e = 0; e < 3; ++e)
       for (std::size_t f = 0; f < c.faces.size(); ++f)
-        first_hit(c.faces[f], static_cast<int>(f), rays[k].org, rays[k].dir, 2 * c.diagonal, grow[e], grow[e], expected[e]);
+        first_hit(c.faces[f], static_cast<int>(f), rays[k].org, rays[k].dir, 2 * c.diagonal, grow[e], grow[e],
+                  expected[e]);
     if (expected[0].face != expected[1].face || expected[0].face != expected[2].face) continue;
     if (std::abs(expected[0].t - expected[1].t) > 1e-3 * c.diagonal && expected[0].face >= 0) continue;
     if (std::abs(expected[0].t - expected[2].t) > 1e-3 * c.diagonal && expected[0].face >= 0) continue;
     ++judged;
     if (hits[k].face != expected[0].face) {
-      if (++wrong <= 5) ADD_FAILURE() << c.name << " ray " << k << " expected face " << expected[0].face << " t "
-                                      << static_cast<double>(expected[0].t) << " got " << hits[k].face << " t " << hits[k].t;
+      if (++wrong <= 5)
+        ADD_FAILURE() << c.name << " ray " << k << " expected face " << expected[0].face << " t "
+                      << static_cast<double>(expected[0].t) << " got " << hits[k].face << " t " << hits[k].t;
       continue;
     }
     if (hits[k].face < 0) continue;

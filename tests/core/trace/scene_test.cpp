@@ -1,5 +1,5 @@
-// What a Scene promises beyond the right place of a hit: parity on closed solids, the same bytes in any order and
-// with any number of threads, instances, ties.
+// What a Scene promises beyond the right place of a hit: parity on closed solids, the same bytes in any order
+// and with any number of threads, instances, ties.
 #include "core/trace/scene.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,8 @@ std::shared_ptr<NurbsStore> solid(const char* name) {
   const brep::Model model = brep::parse_bintools(bytes);
   nurbs::BuildInput input;
   for (std::size_t i = 0; i < model.shapes.size(); ++i)
-    if (model.shapes[i].kind == brep::ShapeKind::kSolid) input.prototype_shapes = {static_cast<std::int32_t>(i + 1)};
+    if (model.shapes[i].kind == brep::ShapeKind::kSolid)
+      input.prototype_shapes = {static_cast<std::int32_t>(i + 1)};
   EXPECT_EQ(input.prototype_shapes.size(), 1u) << name;
   input.prototype_colors.assign(4, -1.0f);
   input.instance_prototypes = {0};
@@ -81,7 +82,8 @@ TEST_P(SolidTest, EveryRayCrossesTheClosedSolidAnEvenNumberOfTimes) {
     const dvec3 dir = random_direction(random);
     rays.push_back({target - 3.0 * diagonal * dir, dir, 0.0, kInf});
   };
-  for (int k = 0; k < 600; ++k) aim(center + diagonal * 0.5 * (dvec3(unit(random), unit(random), unit(random)) - 0.5));
+  for (int k = 0; k < 600; ++k)
+    aim(center + diagonal * 0.5 * (dvec3(unit(random), unit(random), unit(random)) - 0.5));
   for (const nurbs::Edge& edge : store->edges)
     for (int k = 0; k < 60; ++k) {
       const double offset = k % 4 == 0 ? 0.0 : diagonal * std::pow(10.0, -3.0 - 7.0 * unit(random));
@@ -96,7 +98,8 @@ TEST_P(SolidTest, EveryRayCrossesTheClosedSolidAnEvenNumberOfTimes) {
   for (int k = 0; k < 300; ++k) {
     dvec3 dir(0.0);
     dir[k % 3] = 1.0;
-    dvec3 target = k < 150 ? store->vertices[k % store->vertices.size()].point : edge_point(*store, store->edges[k % store->edges.size()], unit(random));
+    dvec3 target = k < 150 ? store->vertices[k % store->vertices.size()].point
+                           : edge_point(*store, store->edges[k % store->edges.size()], unit(random));
     rays.push_back({target - 3.0 * diagonal * dir, dir, 0.0, kInf});
   }
   std::vector<std::int32_t> counts(rays.size());
@@ -125,7 +128,8 @@ TEST_P(SolidTest, NearestIsTheFirstOfAll) {
   std::vector<Ray> rays;
   for (int k = 0; k < 3000; ++k) {
     const dvec3 dir = random_direction(random);
-    const dvec3 target = store->prototypes[0].bounds.center() + diagonal * 0.6 * dvec3(unit(random), unit(random), unit(random));
+    const dvec3 target = store->prototypes[0].bounds.center() +
+                         diagonal * 0.6 * dvec3(unit(random), unit(random), unit(random));
     rays.push_back({target - 2.0 * diagonal * dir, dir, 0.0, kInf});
   }
   std::vector<Hit> hits(rays.size()), all;
@@ -144,19 +148,22 @@ TEST_P(SolidTest, NearestIsTheFirstOfAll) {
     // The normal points out of the solid: the ray enters first, then sides alternate.
     for (std::size_t k = 0; k < all.size(); ++k)
       EXPECT_EQ(glm::dot(all[k].normal, rays[i].dir) > 0.0, k % 2 == 1) << "ray " << i << " hit " << k;
-    const nurbs::SurfacePoint at = evaluate(*store, store->surfaces[store->faces[hits[i].face].surface], hits[i].uv_face);
+    const nurbs::SurfacePoint at =
+        evaluate(*store, store->surfaces[store->faces[hits[i].face].surface], hits[i].uv_face);
     EXPECT_LE(glm::length(at.p - (rays[i].org + hits[i].t * rays[i].dir)), 1e-11 * diagonal);
   }
   EXPECT_GT(met, 300);
 }
 
 INSTANTIATE_TEST_SUITE_P(Streams, SolidTest,
-                         testing::Values("box.bin", "rounded_box.bin", "cylinder.bin", "cone.bin", "sphere.bin", "torus.bin"));
+                         testing::Values("box.bin", "rounded_box.bin", "cylinder.bin", "cone.bin",
+                                         "sphere.bin", "torus.bin"));
 
 // A sphere, a torus and a tube as NURBS and a native cone, in one prototype.
 NurbsStore mixed_store() {
   const nurbs::Frame3 a{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, b{{1, 2, 0.5}, {0, 1, 0}, {1, 1, 1}};
-  std::vector<nurbs::FaceSpec> faces{nurbs::full_sphere(a, 1.5), nurbs::full_torus(b, 2, 0.5), nurbs::tube(b, 0.7, -3, 3)};
+  std::vector<nurbs::FaceSpec> faces{nurbs::full_sphere(a, 1.5), nurbs::full_torus(b, 2, 0.5),
+                                     nurbs::tube(b, 0.7, -3, 3)};
   for (nurbs::FaceSpec& f : faces) f.surface = nurbs::as_nurbs(f.surface);
   faces.push_back({nurbs::make_cone(a, 2.0, 0.3), Box2{{0, -2}, {2 * std::numbers::pi, 2}}, true, false});
   return nurbs::make_store(faces);
@@ -168,7 +175,9 @@ std::vector<Ray> grid_rays(dvec3 center, double size, dvec3 dir, int n) {
   const dvec3 right = glm::normalize(glm::cross(dir, dvec3(0.1, 0.2, 0.97))), up = glm::cross(right, dir);
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x)
-      rays.push_back({center + size * ((x + 0.5) / n - 0.5) * right + size * ((y + 0.5) / n - 0.5) * up - 2.0 * size * dir, dir, 0.0, kInf});
+      rays.push_back({center + size * ((x + 0.5) / n - 0.5) * right + size * ((y + 0.5) / n - 0.5) * up -
+                          2.0 * size * dir,
+                      dir, 0.0, kInf});
   return rays;
 }
 
@@ -209,12 +218,16 @@ TEST(SceneTest, InstancesGiveThePrototypesHitsInTheirPlace) {
   for (int k = 0; k < 3; ++k) {
     dvec3 e(0.0);
     e[k] = 1.0;
-    turn[k] = std::cos(angle) * e + std::sin(angle) * glm::cross(axis, e) + (1 - std::cos(angle)) * glm::dot(axis, e) * axis;
+    turn[k] = std::cos(angle) * e + std::sin(angle) * glm::cross(axis, e) +
+              (1 - std::cos(angle)) * glm::dot(axis, e) * axis;
   }
   dmat3 mirror(1.0), stretch(1.0);
   mirror[0][0] = -1.0;
   stretch[1][1] = 2.5;
-  const Transform placements[] = {{turn, {100, -20, 7}}, {turn * mirror, {3, 4, 5}}, {3.0 * turn, {0, 0, 50}}, {turn * stretch, {0, 9, 0}}};
+  const Transform placements[] = {{turn, {100, -20, 7}},
+                                  {turn * mirror, {3, 4, 5}},
+                                  {3.0 * turn, {0, 0, 50}},
+                                  {turn * stretch, {0, 9, 0}}};
   for (const Transform& placement : placements) {
     auto store = std::make_shared<NurbsStore>(base);
     store->instances[0].placement = placement;
@@ -284,8 +297,11 @@ TEST(SceneTest, LimitsOfTAreClosedAndKept) {
 TEST(SceneTest, EmptyStoreAndBadRaysGiveMisses) {
   const Scene empty(std::make_shared<NurbsStore>(), 1);
   const Scene scene(std::make_shared<NurbsStore>(mixed_store()), 1);
-  const std::vector<Ray> rays{{{0, 0, 9}, {0, 0, -1}, 0, kInf}, {{kNaN, 0, 9}, {0, 0, -1}, 0, kInf}, {{0, 0, 9}, {0, 0, 0}, 0, kInf},
-                              {{0, 0, 9}, {kNaN, 0, -1}, 0, kInf}, {{0, 0, kInf}, {0, 0, -1}, 0, kInf}};
+  const std::vector<Ray> rays{{{0, 0, 9}, {0, 0, -1}, 0, kInf},
+                              {{kNaN, 0, 9}, {0, 0, -1}, 0, kInf},
+                              {{0, 0, 9}, {0, 0, 0}, 0, kInf},
+                              {{0, 0, 9}, {kNaN, 0, -1}, 0, kInf},
+                              {{0, 0, kInf}, {0, 0, -1}, 0, kInf}};
   std::vector<Hit> hits(rays.size());
   empty.cast(rays, hits, 1);
   for (const Hit& h : hits) EXPECT_EQ(h.face, kNoFace);
