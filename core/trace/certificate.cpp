@@ -5,6 +5,7 @@
 
 #include "core/nurbs/knot_vector.h"
 #include "core/trace/patch_net.h"
+#include "core/trace/patch_offset.h"
 
 namespace trimray::trace {
 namespace {
@@ -138,6 +139,13 @@ void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
 void set(double (&out)[3], const dvec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 dvec3 vec(const double (&v)[3]) { return dvec3(v[0], v[1], v[2]); }
 
+// What the offset adds to the base: offset times the range of the normal over the domain.
+Interval3 offset_shift(const Patch& patch, const dvec4* net, const SubDomain& domain) {
+  const OffsetBox box = enclose_offset(patch, net, domain);
+  const Interval any{-1.0, 1.0};
+  return patch.offset * (box.regular ? box.normal : Interval3{any, any, any});
+}
+
 // The boxes of the control hull: along the axes, and along the tangents a, b and the unit normal n at the point c.
 // n = 0: the leaf is singular and gets a ball's worth of everything.
 void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, const dvec3& c, const dvec3& a,
@@ -159,7 +167,17 @@ void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, c
     local.add(to_local * (p - c));
   }
   const double rounding = 1e-13 * (patch.size + glm::length(patch.origin));
-  proof.box.dilate(std::fabs(patch.offset) + rounding);
+  proof.box.dilate(rounding);
+  if (patch.offset != 0.0) {
+    const SubDomain wide{domain.u0 - slack_u, domain.u1 + slack_u, domain.v0 - slack_v, domain.v1 + slack_v};
+    const Interval3 shift = offset_shift(patch, source, wide);
+    proof.box.lower += dvec3(shift.x.lo, shift.y.lo, shift.z.lo);
+    proof.box.upper += dvec3(shift.x.hi, shift.y.hi, shift.z.hi);
+    for (int i = 0; i < 3; ++i) {
+      const Interval part = dot(dvec3(to_local[0][i], to_local[1][i], to_local[2][i]), shift);
+      local.lower[i] += part.lo, local.upper[i] += part.hi;
+    }
+  }
   const dvec3 middle = local.center();
   const dvec3 half = 0.5 * (1.0 + 1e-9) * local.extent() +
                      rounding / dvec3(glm::length(axis_a), glm::length(axis_b), 1.0);
@@ -198,15 +216,17 @@ LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& d
     points[k] -= dvec4(c * points[k].w, 0.0);
   }
   if (!(min_w > 0.0) || !regular) return proof;
+  // Newton in lanes knows base surfaces only: offset leaves claim no uniqueness.
+  const bool newton = patch.offset == 0.0;
   net.normal = n / area;
   Extent d[3][3];
   for (int i = 0; i <= 2; ++i)
     for (int j = 0; i + j <= 2; ++j) d[i][j] = net.derivative(i, j);
   normal_cone(net, min_w, d, glm::normalize(a), glm::normalize(b), proof);
   const double ab = glm::length(vec(bound.ab));
-  if (proof.sine < 1.0) bound.unique = ab * proof.sine;
-  bound.unique_a = proof.tilt_a * ab / glm::length(vec(bound.ak));
-  bound.unique_b = proof.tilt_b * ab / glm::length(vec(bound.bk));
+  if (newton && proof.sine < 1.0) bound.unique = ab * proof.sine;
+  if (newton) bound.unique_a = proof.tilt_a * ab / glm::length(vec(bound.ak));
+  if (newton) bound.unique_b = proof.tilt_b * ab / glm::length(vec(bound.bk));
 
   const Bends t = bend(d, min_w, [](const Extent& e) { return e.t; });
   const Bends m = bend(d, min_w, [](const Extent& e) { return e.n; });

@@ -265,7 +265,6 @@ namespace trace {
 void solve_leaf(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
                 RootLanes& out) {
   out.one = out.none = out.steps = 0;
-  if (patch.offset != 0.0) return;
   HWY_DYNAMIC_DISPATCH(solve_entry)(patch, coef, leaf, rays, out);
   for (std::uint32_t m = out.one; m != 0; m &= m - 1) {
     const int i = std::countr_zero(m);

@@ -22,7 +22,7 @@ inline constexpr double kRootGrid = 1.0 / (1 << 28);
 // rounding cannot hide a root from both.
 inline constexpr double kLeafSlack = 1e-12;
 
-// PatchSet::solve on one leaf. Nothing is decided for offset patches.
+// PatchSet::solve on one leaf. For offset patches misses only: their leaves' bounds claim no uniqueness.
 void solve_leaf(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
                 RootLanes& out);
 

@@ -48,17 +48,19 @@ std::int64_t PatchSet::bytes() const {
   return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) + size(impl_->leaves);
 }
 
+std::int64_t PatchSet::refused() const { return impl_->refused; }
+
 void PatchSet::solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
   solve_leaf(patch, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays, out);
 }
 
-void PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {
+bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
   thread_local std::vector<PatchRoot> roots;
   roots.clear();
-  if (patch.offset != 0.0) offset_roots(patch, *impl_, impl_->bounds[leaf], ray, roots);
-  else clip_roots(patch, *impl_, impl_->bounds[leaf], ray, roots);
+  const ClipStats stats = patch.offset != 0.0 ? offset_roots(patch, *impl_, impl_->bounds[leaf], ray, roots)
+                                              : clip_roots(patch, *impl_, impl_->bounds[leaf], ray, roots);
   for (const PatchRoot& r : roots) {
     Root root;
     root.t = r.t;
@@ -68,6 +70,7 @@ void PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& o
     root.sign = glm::dot(root.normal, ray.dir) > 0.0 ? 1 : -1;
     out.push_back(root);
   }
+  return !stats.exhausted;
 }
 
 }  // namespace trimray::trace

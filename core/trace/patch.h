@@ -62,6 +62,9 @@ class PatchSet {
   std::span<const PatchLeaf> leaves() const;
   std::int64_t bytes() const;
 
+  // Bezier patches that are missing because a weight is not positive. 0 for every surface whose weights are.
+  std::int64_t refused() const;
+
   // SIMD: rays against one leaf, on the whole line (no t limits). A root is reported by polish() from its
   // last Newton step, so the same root found through a neighbouring leaf or from another seed has the same bits.
   void solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const;
@@ -70,7 +73,8 @@ class PatchSet {
   // (Bezier clipping on the distance net, Nishita 1990, with subdivision; offsets by interval subdivision), each
   // polished. Two roots closer than rounding can tell (a tangent ray) are dropped together.
   // Sets t, uv_face, normal (outward), face and sign; leaves inside false.
-  void all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
+  // False, and roots may be missing, where the search was given up: only for a line that lies in the surface.
+  bool all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
 
  private:
   struct Impl;

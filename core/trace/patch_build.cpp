@@ -102,6 +102,7 @@ void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
 struct SpanPart {
   int span;
   ParamCurve map;
+  ParamCurve tight;  // cut back to the knots: where the widened part has a weight that is not positive
 };
 
 std::vector<SpanPart> parts_between(std::span<const double> knots, int degree, nurbs::ParamMap map, double lo,
@@ -117,7 +118,9 @@ std::vector<SpanPart> parts_between(std::span<const double> knots, int degree, n
     const double u0 = k == first ? lo : std::max(a, lo), u1 = k == last ? hi : std::min(b, hi);
     if (!(u0 < u1)) continue;
     const double s0 = nurbs::map_parameter(map, a, b, u0).s, s1 = nurbs::map_parameter(map, a, b, u1).s;
-    parts.push_back({k, {map, s0, s1 - s0, a, b - a}});
+    const double t0 = std::clamp(s0, a, b), t1 = std::clamp(s1, a, b);
+    const ParamCurve wide{map, s0, s1 - s0, a, b - a};
+    parts.push_back({k, wide, t0 < t1 ? ParamCurve{map, t0, t1 - t0, a, b - a} : wide});
   }
   return parts;
 }
@@ -155,36 +158,73 @@ Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface
   return margins;
 }
 
+// The Bezier pieces of one surface.
+class SpanCutter {
+ public:
+  SpanCutter(const nurbs::NurbsStore& store, const nurbs::Surface& surface)
+      : surface_(surface), du_(surface.degree_u), dv_(surface.degree_v),
+        knots_u_(store.knots.data() + surface.knots_u.begin, surface.knots_u.size()),
+        knots_v_(store.knots.data() + surface.knots_v.begin, surface.knots_v.size()),
+        ctrl_(store.ctrl_h.data() + surface.ctrl.begin), rows_(static_cast<std::size_t>(du_ + 1) * surface.count_v) {}
+
+  std::span<const double> knots_u() const { return knots_u_; }
+  std::span<const double> knots_v() const { return knots_v_; }
+
+  // The rows of control points over one part in u, for the pieces to come.
+  void choose_u(int span, const ParamCurve& map) {
+    for (int i = 0; i <= du_; ++i) {
+      arguments(map, du_, i);
+      for (int j = 0; j < surface_.count_v; ++j)
+        rows_[i * surface_.count_v + j] = nurbs::blossom(knots_u_.data(), du_, span, ctrl_ + j, surface_.count_v, x_);
+    }
+  }
+
+  const dvec4* piece(int span, const ParamCurve& map) {
+    for (int j = 0; j <= dv_; ++j) {
+      arguments(map, dv_, j);
+      for (int i = 0; i <= du_; ++i)
+        net_[i * (dv_ + 1) + j] =
+            nurbs::blossom(knots_v_.data(), dv_, span, rows_.data() + i * surface_.count_v, 1, x_);
+    }
+    return net_;
+  }
+
+ private:
+  void arguments(const ParamCurve& map, int degree, int i) {
+    for (int k = 0; k < degree; ++k) x_[k] = k < degree - i ? map.s0 : map.s0 + map.ds;
+  }
+
+  const nurbs::Surface& surface_;
+  const int du_, dv_;
+  const std::span<const double> knots_u_, knots_v_;
+  const dvec4* const ctrl_;
+  std::vector<dvec4> rows_;
+  double x_[nurbs::kMaxDegree];
+  dvec4 net_[kMaxNet];
+};
+
 void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2& box, PatchPool& pool) {
   const nurbs::Face& f = store.faces[face];
   const nurbs::Surface& surface = store.surfaces[f.surface];
-  const int du = surface.degree_u, dv = surface.degree_v;
-  const std::span<const double> knots_u(store.knots.data() + surface.knots_u.begin, surface.knots_u.size());
-  const std::span<const double> knots_v(store.knots.data() + surface.knots_v.begin, surface.knots_v.size());
-  const dvec4* ctrl = store.ctrl_h.data() + surface.ctrl.begin;
-  const auto parts_u = parts_between(knots_u, du, surface.map_u, box.lower.x, box.upper.x);
-  const auto parts_v = parts_between(knots_v, dv, surface.map_v, box.lower.y, box.upper.y);
-  double x[nurbs::kMaxDegree];
-  const auto arguments = [&x](const ParamCurve& map, int degree, int i) {
-    for (int k = 0; k < degree; ++k) x[k] = k < degree - i ? map.s0 : map.s0 + map.ds;
-  };
-  dvec4 net[kMaxNet];
-  std::vector<dvec4> rows(static_cast<std::size_t>(du + 1) * surface.count_v);
+  SpanCutter cutter(store, surface);
+  const auto parts_u = parts_between(cutter.knots_u(), surface.degree_u, surface.map_u, box.lower.x, box.upper.x);
+  const auto parts_v = parts_between(cutter.knots_v(), surface.degree_v, surface.map_v, box.lower.y, box.upper.y);
   for (const SpanPart& pu : parts_u) {
-    for (int i = 0; i <= du; ++i) {
-      arguments(pu.map, du, i);
-      for (int j = 0; j < surface.count_v; ++j)
-        rows[i * surface.count_v + j] =
-            nurbs::blossom(knots_u.data(), du, pu.span, ctrl + j, surface.count_v, x);
-    }
+    cutter.choose_u(pu.span, pu.map);
     for (const SpanPart& pv : parts_v) {
-      for (int j = 0; j <= dv; ++j) {
-        arguments(pv.map, dv, j);
-        for (int i = 0; i <= du; ++i)
-          net[i * (dv + 1) + j] =
-              nurbs::blossom(knots_v.data(), dv, pv.span, rows.data() + i * surface.count_v, 1, x);
+      const auto append = [&](const ParamCurve& u, const ParamCurve& v) {
+        return append_patch({face, surface.degree_u, surface.degree_v, cutter.piece(pv.span, v), surface.offset,
+                             f.reversed, u, v}, pool);
+      };
+      if (append(pu.map, pv.map)) continue;
+      // Weights may turn negative beyond the knots: then without the margin, first in one direction.
+      bool done = append(pu.map, pv.tight);
+      if (!done) {
+        cutter.choose_u(pu.span, pu.tight);
+        done = append(pu.tight, pv.map) || append(pu.tight, pv.tight);
+        cutter.choose_u(pu.span, pu.map);
       }
-      append_patch({face, du, dv, net, surface.offset, f.reversed, pu.map, pv.map}, pool);
+      if (!done) ++pool.refused;
     }
   }
 }
@@ -224,6 +264,7 @@ void append_pool(const PatchPool& b, PatchPool& a) {
   a.net.insert(a.net.end(), b.net.begin(), b.net.end());
   a.coef.insert(a.coef.end(), b.coef.begin(), b.coef.end());
   a.bounds.insert(a.bounds.end(), b.bounds.begin(), b.bounds.end());
+  a.refused += b.refused;
 }
 
 double ParamCurve::to_face(double x) const {

@@ -66,6 +66,7 @@ struct PatchPool {
   std::vector<double> coef;
   std::vector<LeafBound> bounds;   // by leaf
   std::vector<PatchLeaf> leaves;
+  std::int64_t refused = 0;        // patches with a weight that is not positive, even without the margin
 };
 
 struct PatchSet::Impl : PatchPool {};

@@ -3,83 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/nurbs/knot_vector.h"
-#include "core/trace/certificate.h"
-
 namespace trimray::trace {
 namespace {
 
-constexpr int kMaxOffsetBoxes = 20000;
+// A box this narrow, in patch parameters, is not split further.
 constexpr double kMinWidth = 1.0 / (1 << 29);
-
-// Point and derivatives of the base surface up to the second, by the Bernstein basis.
-struct BaseJet {
-  dvec3 s, su, sv, suu, suv, svv;
-};
-
-struct BasisRow {
-  double d[3][nurbs::kMaxDegree + 1];
-};
-
-BasisRow basis(int n, double x) {
-  BasisRow r = {};
-  double b[3][nurbs::kMaxDegree + 1] = {};  // degrees n - 2, n - 1, n (padded)
-  const auto fill = [x](int degree, double* out) {
-    out[0] = 1.0;
-    for (int k = 1; k <= degree; ++k) {
-      out[k] = out[k - 1] * x;
-      for (int i = k - 1; i >= 1; --i) out[i] = out[i] * (1.0 - x) + out[i - 1] * x;
-      out[0] *= 1.0 - x;
-    }
-  };
-  fill(n, b[2]), fill(n - 1, b[1]);
-  if (n >= 2) fill(n - 2, b[0]);
-  const auto at = [](const double* v, int i, int degree) { return i >= 0 && i <= degree ? v[i] : 0.0; };
-  for (int i = 0; i <= n; ++i) {
-    r.d[0][i] = b[2][i];
-    r.d[1][i] = n * (at(b[1], i - 1, n - 1) - at(b[1], i, n - 1));
-    if (n >= 2)
-      r.d[2][i] = n * (n - 1) * (at(b[0], i - 2, n - 2) - 2.0 * at(b[0], i - 1, n - 2) + at(b[0], i, n - 2));
-  }
-  return r;
-}
-
-BaseJet base_jet(const Patch& patch, const dvec4* net, double u, double v) {
-  const BasisRow bu = basis(patch.degree_u, u), bv = basis(patch.degree_v, v);
-  dvec4 h[3][3] = {};
-  for (auto& row : h)
-    for (dvec4& x : row) x = dvec4(0.0);
-  for (int i = 0; i <= patch.degree_u; ++i)
-    for (int j = 0; j <= patch.degree_v; ++j)
-      for (int a = 0; a <= 2; ++a)
-        for (int b = 0; a + b <= 2; ++b) h[a][b] += bu.d[a][i] * bv.d[b][j] * net[i * (patch.degree_v + 1) + j];
-  const auto p = [&](int a, int b) { return dvec3(h[a][b].x, h[a][b].y, h[a][b].z); };
-  const double w = h[0][0].w;
-  BaseJet j;
-  j.s = p(0, 0) / w;
-  j.su = (p(1, 0) - j.s * h[1][0].w) / w;
-  j.sv = (p(0, 1) - j.s * h[0][1].w) / w;
-  j.suu = (p(2, 0) - 2.0 * j.su * h[1][0].w - j.s * h[2][0].w) / w;
-  j.suv = (p(1, 1) - j.su * h[0][1].w - j.sv * h[1][0].w - j.s * h[1][1].w) / w;
-  j.svv = (p(0, 2) - 2.0 * j.sv * h[0][1].w - j.s * h[0][2].w) / w;
-  return j;
-}
-
-struct OffsetJet {
-  dvec3 p, pu, pv, normal;  // normal: of the base surface, unit
-};
-
-// The offset's tangents: n_u = (N_u - n (n . N_u)) / |N| with N = S_u x S_v.
-OffsetJet offset_jet(const Patch& patch, const dvec4* net, double u, double v) {
-  const BaseJet j = base_jet(patch, net, u, v);
-  const dvec3 n = glm::cross(j.su, j.sv);
-  const double length = glm::length(n);
-  const dvec3 unit = n / length;
-  const dvec3 nu = glm::cross(j.suu, j.sv) + glm::cross(j.su, j.suv);
-  const dvec3 nv = glm::cross(j.suv, j.sv) + glm::cross(j.su, j.svv);
-  const auto turn = [&](const dvec3& d) { return (d - unit * glm::dot(unit, d)) / length; };
-  return {j.s + patch.offset * unit, j.su + patch.offset * turn(nu), j.sv + patch.offset * turn(nv), unit};
-}
+constexpr double kOverlap = 0.0625;  // of the width, on every side; see clipping.cpp
 
 struct OffsetSearch {
   const Patch& patch;
@@ -130,74 +59,93 @@ struct OffsetSearch {
       if (std::fabs(roots[k].u - root.u) <= 1e-10 && std::fabs(roots[k].v - root.v) <= 1e-10) return;
     roots.push_back(root);
   }
+
+  enum class Verdict { kNone, kUnique, kOpen };
+  Verdict judge(const SubDomain& wide) const;
 };
 
-// Distance of the line from a point.
-double line_distance(const dvec3& p, const dvec3& o, const dvec3& d) { return glm::length(glm::cross(p - o, d)); }
-
-// At most one root, judged by the tangents at the middle and at eight points of the rim, their spread taken
-// four times: an estimate, not a proof.
-bool looks_unique(const OffsetSearch& s, const SubDomain& d, const OffsetJet& middle) {
-  double ru = 0.0, rv = 0.0;
-  for (int k = 0; k < 9; ++k) {
-    const OffsetJet j = offset_jet(s.patch, s.net, glm::mix(d.u0, d.u1, 0.5 * (k / 3)),
-                                   glm::mix(d.v0, d.v1, 0.5 * (k % 3)));
-    ru = std::max(ru, glm::length(j.pu - middle.pu)), rv = std::max(rv, glm::length(j.pv - middle.pv));
+// Is there no root on the box, at most one, or nothing to be said?
+OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide) const {
+  const OffsetBox box = enclose_offset(patch, net, wide);
+  const double u = 0.5 * (wide.u0 + wide.u1), v = 0.5 * (wide.v0 + wide.v1);
+  const OffsetJet middle = offset_jet(patch, net, u, v);
+  // Two directions across the line; one as near to the normal as can be: where the line grazes, the surface is thin.
+  dvec3 n1 = middle.normal - glm::dot(middle.normal, ray.dir) * ray.dir;
+  if (!(glm::length(n1) > 1e-3)) n1 = glm::cross(ray.dir, std::fabs(ray.dir.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
+  n1 = glm::normalize(n1);
+  const dvec3 n2 = glm::cross(ray.dir, n1);
+  const double noise = 1e-14 * (patch.size + std::fabs(patch.offset) + glm::length(o));
+  const dvec3 axes[2] = {n1, n2};
+  const Interval reach{-std::fabs(patch.offset), std::fabs(patch.offset)};
+  for (const dvec3& axis : axes) {
+    const double at = glm::dot(axis, o - box.center);
+    const Interval side = box.regular ? patch.offset * dot(axis, box.normal) : reach;
+    const Interval f = dot(axis, box.base) + side - Interval{at - noise, at + noise};
+    if (!f.has_zero()) return Verdict::kNone;
   }
-  ru *= 4.0, rv *= 4.0;
-  const double den = std::fabs(glm::dot(glm::cross(middle.pu, middle.pv), s.ray.dir));
-  return den > glm::length(middle.pu) * rv + glm::length(middle.pv) * ru + ru * rv;
+  if (!box.regular) return Verdict::kOpen;
+  const double error = noise + middle.error;
+
+  // The Jacobian across the line, preconditioned by its middle.
+  const auto mid = [](const Interval3& a) { return 0.5 * dvec3(a.x.lo + a.x.hi, a.y.lo + a.y.hi, a.z.lo + a.z.hi); };
+  const dvec3 cx = mid(box.px), cy = mid(box.py);
+  const dvec2 a(glm::dot(n1, cx), glm::dot(n2, cx)), b(glm::dot(n1, cy), glm::dot(n2, cy));
+  const double det = a.x * b.y - a.y * b.x;
+  if (!(std::fabs(det) > 1e-12 * glm::length(a) * glm::length(b))) return Verdict::kOpen;
+  const dvec3 row_x = (b.y * n1 - b.x * n2) / det, row_y = (a.x * n2 - a.y * n1) / det;
+  const double xx = (dot(row_x, box.px) - Interval{1.0, 1.0}).magnitude(), xy = dot(row_x, box.py).magnitude();
+  const double yx = dot(row_y, box.px).magnitude(), yy = (dot(row_y, box.py) - Interval{1.0, 1.0}).magnitude();
+  // Linear bound from the middle: |row . (p - o)| there is at most the half widths' worth of the Jacobian.
+  const double gx = glm::dot(row_x, middle.p - o), gy = glm::dot(row_y, middle.p - o);
+  if (std::fabs(gx) - error * glm::length(row_x) > 0.5 * (1.0 + xx + xy) * (1.0 + 1e-9)) return Verdict::kNone;
+  if (std::fabs(gy) - error * glm::length(row_y) > 0.5 * (1.0 + yy + yx) * (1.0 + 1e-9)) return Verdict::kNone;
+  const bool unique = xx < 1.0 && yy < 1.0 && (1.0 - xx) * (1.0 - yy) > xy * yx * (1.0 + 1e-9);
+  return unique ? Verdict::kUnique : Verdict::kOpen;
 }
 
 }  // namespace
 
-void offset_roots(const Patch& patch, const PatchPool& pool, const LeafBound& leaf, const Ray& ray,
-                  std::vector<PatchRoot>& roots) {
+ClipStats offset_roots(const Patch& patch, const PatchPool& pool, const LeafBound& leaf, const Ray& ray,
+                       std::vector<PatchRoot>& roots) {
   const dvec4* net = pool.net.data() + patch.net;
   OffsetSearch search(patch, net, ray, roots);
+  ClipStats stats;
   std::vector<SubDomain> stack{{leaf.mid_u - leaf.half_u, leaf.mid_u + leaf.half_u, leaf.mid_v - leaf.half_v,
                                 leaf.mid_v + leaf.half_v}};
-  for (int boxes = 0; !stack.empty() && boxes < kMaxOffsetBoxes; ++boxes) {
+  while (!stack.empty()) {
     const SubDomain d = stack.back();
     stack.pop_back();
-    const LeafProof proof = prove_leaf(patch, net, d);
-    const LeafBound& b = proof.bound;
-    const dvec3 c(b.center[0], b.center[1], b.center[2]), n(b.ab[0], b.ab[1], b.ab[2]);
-    const dvec3 a(b.a[0], b.a[1], b.a[2]), t(b.b[0], b.b[1], b.b[2]);
-    const double wu = d.u1 - d.u0, wv = d.v1 - d.v0;
-    const bool small = wu <= kMinWidth && wv <= kMinWidth;
-
-    // Exclusion: the hull's ball, the offset about the middle normal n +- the cone of normals.
-    const Box3& hull = proof.box;
-    // The hull is widened by the offset on every side; unless it is a cube, its diagonal grows by less than
-    // sqrt(3) times as much.
-    const double radius = 0.5 * glm::length(glm::max(hull.extent() - 2.0 * std::fabs(patch.offset), dvec3(0.0)));
-    const bool cone = proof.sine < 1.0;
-    const double spread = cone ? 2.0 * std::sin(0.5 * std::asin(proof.sine)) : 2.0;
-    const dvec3 center = cone ? c + patch.offset * n / glm::length(n) : hull.center();
-    const double reach = cone ? radius + glm::length(c - hull.center()) + std::fabs(patch.offset) * spread
-                              : radius + std::fabs(patch.offset);
-    if (line_distance(center, search.o, ray.dir) > reach * (1.0 + 1e-9) + 1e-13 * patch.size) continue;
-
-    if (cone) {
-      const OffsetJet middle = offset_jet(patch, net, b.mid_u, b.mid_v);
-      const SubDomain wide{d.u0 - 0.0625 * wu, d.u1 + 0.0625 * wu, d.v0 - 0.0625 * wv, d.v1 + 0.0625 * wv};
-      PatchRoot root;
-      if (looks_unique(search, wide, middle) &&
-          search.newton(dvec2(b.mid_u, b.mid_v), std::max(wu, wv), root) && root.u >= wide.u0 &&
-          root.u <= wide.u1 && root.v >= wide.v0 && root.v <= wide.v1) {
-        if (root.u >= d.u0 - kLeafSlack && root.u <= d.u1 + kLeafSlack && root.v >= d.v0 - kLeafSlack &&
-            root.v <= d.v1 + kLeafSlack)
-          search.add(root);
-        continue;
-      }
+    if (++stats.boxes > kMaxOffsetBoxes) {
+      stats.exhausted = true;
+      break;
     }
-    if (small) continue;
+    const double wu = d.u1 - d.u0, wv = d.v1 - d.v0;
+    // No overlap across a collapsed side: the surface turns back over itself there.
+    const SubDomain wide{(patch.poles & kSideU0) && d.u0 <= 0.0 ? 0.0 : d.u0 - kOverlap * wu,
+                         (patch.poles & kSideU1) && d.u1 >= 1.0 ? 1.0 : d.u1 + kOverlap * wu,
+                         (patch.poles & kSideV0) && d.v0 <= 0.0 ? 0.0 : d.v0 - kOverlap * wv,
+                         (patch.poles & kSideV1) && d.v1 >= 1.0 ? 1.0 : d.v1 + kOverlap * wv};
+    const OffsetSearch::Verdict verdict = search.judge(wide);
+    if (verdict == OffsetSearch::Verdict::kNone) continue;
+    PatchRoot root;
+    if (verdict == OffsetSearch::Verdict::kUnique &&
+        search.newton(dvec2(0.5 * (d.u0 + d.u1), 0.5 * (d.v0 + d.v1)), std::max(wu, wv), root) && root.u >= wide.u0 &&
+        root.u <= wide.u1 && root.v >= wide.v0 && root.v <= wide.v1) {
+      if (root.u >= d.u0 - kLeafSlack && root.u <= d.u1 + kLeafSlack && root.v >= d.v0 - kLeafSlack &&
+          root.v <= d.v1 + kLeafSlack)
+        search.add(root);
+      continue;
+    }
+    if (wu <= kMinWidth && wv <= kMinWidth) {
+      ++stats.unresolved;
+      continue;
+    }
     SubDomain low = d, high = d;
-    if (wv <= kMinWidth || (wu > kMinWidth && glm::length(a) >= glm::length(t))) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
+    if (wv <= kMinWidth || (wu > kMinWidth && wu * leaf.half_v >= wv * leaf.half_u)) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
     else low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
     stack.push_back(high), stack.push_back(low);
   }
+  return stats;
 }
 
 }  // namespace trimray::trace

@@ -1,0 +1,200 @@
+// Evaluation and enclosure of offset surfaces.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/nurbs/knot_vector.h"
+#include "core/trace/patch_net.h"
+#include "core/trace/patch_offset.h"
+
+namespace trimray::trace {
+namespace {
+
+constexpr int kMaxNet = (nurbs::kMaxDegree + 1) * (nurbs::kMaxDegree + 1);
+
+// Point and derivatives of the base surface up to the second, by the Bernstein basis.
+struct BaseJet {
+  dvec3 s, su, sv, suu, suv, svv;
+};
+
+struct BasisRow {
+  double d[3][nurbs::kMaxDegree + 1];
+};
+
+BasisRow basis(int n, double x) {
+  BasisRow r = {};
+  double b[3][nurbs::kMaxDegree + 1] = {};  // degrees n - 2, n - 1, n (padded)
+  const auto fill = [x](int degree, double* out) {
+    out[0] = 1.0;
+    for (int k = 1; k <= degree; ++k) {
+      out[k] = out[k - 1] * x;
+      for (int i = k - 1; i >= 1; --i) out[i] = out[i] * (1.0 - x) + out[i - 1] * x;
+      out[0] *= 1.0 - x;
+    }
+  };
+  fill(n, b[2]), fill(n - 1, b[1]);
+  if (n >= 2) fill(n - 2, b[0]);
+  const auto at = [](const double* v, int i, int degree) { return i >= 0 && i <= degree ? v[i] : 0.0; };
+  for (int i = 0; i <= n; ++i) {
+    r.d[0][i] = b[2][i];
+    r.d[1][i] = n * (at(b[1], i - 1, n - 1) - at(b[1], i, n - 1));
+    if (n >= 2)
+      r.d[2][i] = n * (n - 1) * (at(b[0], i - 2, n - 2) - 2.0 * at(b[0], i - 1, n - 2) + at(b[0], i, n - 2));
+  }
+  return r;
+}
+
+BaseJet base_jet(const Patch& patch, const dvec4* net, double u, double v) {
+  const BasisRow bu = basis(patch.degree_u, u), bv = basis(patch.degree_v, v);
+  dvec4 h[3][3] = {};
+  for (auto& row : h)
+    for (dvec4& x : row) x = dvec4(0.0);
+  for (int i = 0; i <= patch.degree_u; ++i)
+    for (int j = 0; j <= patch.degree_v; ++j)
+      for (int a = 0; a <= 2; ++a)
+        for (int b = 0; a + b <= 2; ++b) h[a][b] += bu.d[a][i] * bv.d[b][j] * net[i * (patch.degree_v + 1) + j];
+  const auto p = [&](int a, int b) { return dvec3(h[a][b].x, h[a][b].y, h[a][b].z); };
+  const double w = h[0][0].w;
+  BaseJet j;
+  j.s = p(0, 0) / w;
+  j.su = (p(1, 0) - j.s * h[1][0].w) / w;
+  j.sv = (p(0, 1) - j.s * h[0][1].w) / w;
+  j.suu = (p(2, 0) - 2.0 * j.su * h[1][0].w - j.s * h[2][0].w) / w;
+  j.suv = (p(1, 1) - j.su * h[0][1].w - j.sv * h[1][0].w - j.s * h[1][1].w) / w;
+  j.svv = (p(0, 2) - 2.0 * j.sv * h[0][1].w - j.s * h[0][2].w) / w;
+  return j;
+}
+
+dvec3 xyz(const dvec4& h) { return dvec3(h.x, h.y, h.z); }
+
+// Ranges of a Bezier net's components and those of its derivatives up to the second.
+struct NetRange {
+  const dvec4* p;
+  int n, m, row;  // degrees; row: distance of the rows
+
+  dvec4 difference(int i, int j, int a, int b) const {
+    if (a > 0) return difference(i + 1, j, a - 1, b) - difference(i, j, a - 1, b);
+    if (b > 0) return difference(i, j + 1, a, b - 1) - difference(i, j, a, b - 1);
+    return p[i * row + j];
+  }
+
+  // The (a, b)-th derivative: position and weight. noise: rounding of the net itself.
+  std::pair<Interval3, Interval> derivative(int a, int b, double noise) const {
+    double factor = 1.0;
+    for (int k = 0; k < a; ++k) factor *= n - k;
+    for (int k = 0; k < b; ++k) factor *= m - k;
+    if (n < a || m < b) return {};
+    dvec4 lo(kInf), hi(-kInf);
+    for (int i = 0; i + a <= n; ++i)
+      for (int j = 0; j + b <= m; ++j) {
+        const dvec4 d = difference(i, j, a, b);
+        lo = glm::min(lo, d), hi = glm::max(hi, d);
+      }
+    const double slack = 4.0 * noise;
+    lo = factor * (lo - slack), hi = factor * (hi + slack);
+    return {{Interval::outward(lo.x, hi.x), Interval::outward(lo.y, hi.y), Interval::outward(lo.z, hi.z)},
+            Interval::outward(lo.w, hi.w)};
+  }
+};
+
+// The net over the domain, turned so that a collapsed side of the patch that the domain touches is its row j = 0.
+struct TurnedNet {
+  dvec4 p[kMaxNet];
+  int n, m;
+  double sign = 1.0;  // of the turned S_x x S_y against S_u x S_v
+  bool pole = false;
+
+  TurnedNet(const Patch& patch, const dvec4* net, const SubDomain& d) : n(patch.degree_u), m(patch.degree_v) {
+    dvec4 q[kMaxNet];
+    std::copy(net, net + (n + 1) * (m + 1), q);
+    restrict_net(q, n, m, d.u0, d.u1, d.v0, d.v1);
+    const bool u0 = (patch.poles & kSideU0) && d.u0 == 0.0, u1 = (patch.poles & kSideU1) && d.u1 == 1.0;
+    const bool v0 = (patch.poles & kSideV0) && d.v0 == 0.0, v1 = (patch.poles & kSideV1) && d.v1 == 1.0;
+    pole = u0 || u1 || v0 || v1;
+    const bool swap = !v0 && !v1 && (u0 || u1), flip_u = swap && !u0, flip_v = !swap && !v0 && v1;
+    const int du = n, dv = m;
+    if (swap) std::swap(n, m);
+    for (int i = 0; i <= du; ++i)
+      for (int j = 0; j <= dv; ++j) {
+        const int a = flip_u ? du - i : i, b = flip_v ? dv - j : j;
+        p[swap ? b * (m + 1) + a : a * (m + 1) + b] = q[i * (dv + 1) + j];
+      }
+    if (swap != (flip_u || flip_v)) sign = -1.0;
+  }
+};
+
+}  // namespace
+
+// The offset's tangents: n_u = (N_u - n (n . N_u)) / |N| with N = S_u x S_v.
+OffsetJet offset_jet(const Patch& patch, const dvec4* net, double u, double v) {
+  const BaseJet j = base_jet(patch, net, u, v);
+  const dvec3 n = glm::cross(j.su, j.sv);
+  const double length = glm::length(n);
+  const dvec3 unit = n / length;
+  const dvec3 nu = glm::cross(j.suu, j.sv) + glm::cross(j.su, j.suv);
+  const dvec3 nv = glm::cross(j.suv, j.sv) + glm::cross(j.su, j.svv);
+  const auto turn = [&](const dvec3& d) { return (d - unit * glm::dot(unit, d)) / length; };
+  const double size_u = glm::length(j.su), size_v = glm::length(j.sv);
+  const double turned = 1e-14 * patch.size * (size_u + size_v) / length;
+  const double error = 1e-14 * patch.size + std::fabs(patch.offset) * (turned + 1e-15);
+  return {j.s + patch.offset * unit, j.su + patch.offset * turn(nu), j.sv + patch.offset * turn(nv), unit, error};
+}
+
+OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& domain) {
+  TurnedNet t(patch, net, domain);
+  OffsetBox box;
+  box.center = t.pole ? xyz(t.p[0]) / t.p[0].w : xyz(t.p[t.n / 2 * (t.m + 1) + t.m / 2]) / t.p[t.n / 2 * (t.m + 1) + t.m / 2].w;
+  double max_w = 0.0;
+  for (int k = 0; k < (t.n + 1) * (t.m + 1); ++k) {
+    t.p[k] -= dvec4(box.center * t.p[k].w, 0.0);
+    max_w = std::max(max_w, t.p[k].w);
+  }
+  box.pole = t.pole;
+  const double noise = 1e-15 * (t.n + t.m) * (t.pole ? t.m : 1) * max_w * patch.size;
+  const NetRange all{t.p, t.n, t.m, t.m + 1};
+  const auto range = [&](const NetRange& r, int a, int b) { return r.derivative(a, b, noise); };
+  const Interval w = range(all, 0, 0).second;
+  if (!(w.lo > 0.0)) {
+    box.base = {{-kInf, kInf}, {-kInf, kInf}, {-kInf, kInf}};
+    return box;
+  }
+  const Interval iw = inverse(w);
+  box.base = iw * range(all, 0, 0).first;
+
+  // R = S, or at a pole S = y R with R's numerator of one degree less: y B_j^(m-1) = (j + 1) / m B_(j+1)^m.
+  NetRange part = all;
+  dvec4 q[kMaxNet];
+  if (t.pole) {
+    for (int i = 0; i <= t.n; ++i)
+      for (int j = 0; j < t.m; ++j) q[i * t.m + j] = (double(t.m) / (j + 1)) * t.p[i * (t.m + 1) + j + 1];
+    part = {q, t.n, t.m - 1, t.m};
+  }
+  const Interval wx = range(all, 1, 0).second, wy = range(all, 0, 1).second, wxx = range(all, 2, 0).second,
+                 wxy = range(all, 1, 1).second, wyy = range(all, 0, 2).second;
+  const Interval3 r = iw * range(part, 0, 0).first;
+  const Interval3 rx = iw * (range(part, 1, 0).first - wx * r), ry = iw * (range(part, 0, 1).first - wy * r);
+  const Interval3 rxx = iw * (range(part, 2, 0).first - (2.0 * wx) * rx - wxx * r);
+  const Interval3 rxy = iw * (range(part, 1, 1).first - wx * ry - wy * rx - wxy * r);
+  const Interval3 ryy = iw * (range(part, 0, 2).first - (2.0 * wy) * ry - wyy * r);
+  const Interval y{0.0, 1.0};
+  const Interval3 sx = t.pole ? y * rx : rx, sy = t.pole ? r + y * ry : ry;
+  const Interval3 syy = t.pole ? 2.0 * ry + y * ryy : ryy, sxy = t.pole ? rx + y * rxy : rxy;
+  // M = rx x sy points along the normal; m_x and m_y its derivatives.
+  const Interval3 m = cross(rx, sy), mx = cross(rxx, sy) + cross(rx, sxy), my = cross(rxy, sy) + cross(rx, syy);
+  const Interval length2 = square(m.x) + square(m.y) + square(m.z);
+  const double shortest = std::sqrt(length2.lo), longest = std::sqrt(length2.hi);
+  if (!(shortest > 1e-9 * longest)) return box;
+  const Interval il = inverse(Interval::outward(shortest, longest));
+  const auto clipped = [](const Interval& a) { return Interval{std::max(a.lo, -1.0), std::min(a.hi, 1.0)}; };
+  const Interval3 unit = il * m;
+  const Interval3 n{clipped(unit.x), clipped(unit.y), clipped(unit.z)};
+  const auto turn = [&](const Interval3& d) { return il * (d - dot(n, d) * n); };
+  const double distance = t.sign * patch.offset;
+  box.regular = true;
+  box.normal = t.sign * n;
+  box.px = sx + distance * turn(mx);
+  box.py = sy + distance * turn(my);
+  return box;
+}
+
+}  // namespace trimray::trace
