@@ -17,6 +17,10 @@ constexpr double kSearchBands = 2.0;  // how far beyond its uv_box a face is sea
 // plane to where the line passes the path, such a root comes this near to the line, in bands.
 constexpr double kCloseBands = 8.0;
 
+// A root so close to one place of one edge, across and along the line, and to no other, is judged by the side of
+// the path on which the line passes.
+constexpr double kSideBands = 2.0, kSideReach = 16.0;
+
 Line local_line(const trace::Ray& ray, const nurbs::Instance& instance) {
   const Matrix inverse = glm::inverse(Matrix(instance.placement.linear));
   const Vec3 org = inverse * (Vec3(ray.org) - Vec3(instance.placement.translation));
@@ -108,8 +112,33 @@ trace::Root Model::on_path(std::int32_t face, const Line& line, const NearStretc
   return root;
 }
 
+// The sum alone would let two mistakes at two edges of a face pass.
+void Model::decide_by_side(std::int32_t face, const Line& line, std::span<const NearStretch> near,
+                           std::vector<trace::Root>& roots) const {
+  const nurbs::Range loops = store_.faces[face].loops;
+  for (trace::Root& r : roots) {
+    const NearStretch* place = nullptr;
+    int places = 0;
+    for (const NearStretch& spot : near) {
+      const double gap = std::abs(r.t - spot.t), band = paths_[spot.edge].band;
+      if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, dvec3(line.dir))) > kSideBands * band) continue;
+      place = &spot, ++places;
+    }
+    if (places != 1 || place->side == 0) continue;
+    int sign = 0, uses = 0;
+    for (std::int32_t l = loops.begin; l < loops.end; ++l)
+      for (std::int32_t c = store_.loops[l].coedges.begin; c < store_.loops[l].coedges.end; ++c)
+        if (store_.coedges[c].edge == place->edge) sign += store_.coedges[c].reversed ? -1 : 1, ++uses;
+    sign *= faces_[face]->trims().orientation() * (store_.faces[face].reversed ? -1 : 1);
+    // A seam has the face on both sides; elsewhere the face lies left of its boundary, seen from outside.
+    if (uses == 2 && sign == 0) r.inside = true;
+    else if (uses == 1) r.inside = place->side * sign * r.sign > 0;
+  }
+}
+
 void Model::resolve(std::int32_t face, const Line& line, std::span<const NearStretch> near,
                     std::vector<trace::Root>& roots) const {
+  decide_by_side(face, line, near, roots);
   int missing = winding(face, line);
   for (const trace::Root& r : roots) missing -= r.inside ? r.sign : 0;
   auto closeness = [&](const trace::Root& r) {

@@ -10,6 +10,8 @@ namespace {
 
 using Curve4 = std::vector<dvec4>;
 
+constexpr double kSteepest = 1e-4;  // sine between path and line below which the path has no sides
+
 // c becomes the upper half; the lower one is returned.
 Curve4 halve(Curve4& c) {
   Curve4 low(c.size());
@@ -46,9 +48,15 @@ void closest(const Curve4& c, NearStretch& out) {
   }
   const double x = 0.5 * (a + b);
   out.t = point_at(c, x).z, out.distance = across(x);
+  // The path's direction across the line, unless the line runs nearly along the path.
+  const dvec3 along = point_at(c, std::min(1.0, x + 1e-3)) - point_at(c, std::max(0.0, x - 1e-3));
+  const dvec2 chord(along), here(point_at(c, x));
+  if (!(glm::length(chord) > kSteepest * glm::length(along))) return;
+  const double left = here.x * chord.y - here.y * chord.x;  // of the line's point, the origin
+  out.side = left > 0.0 ? 1 : left < 0.0 ? -1 : 0;
 }
 
-void search(Curve4 c, double band, std::int32_t edge, std::vector<NearStretch>& out) {
+void search(Curve4 c, bool link, double band, std::int32_t edge, std::vector<NearStretch>& out) {
   const Box3 box = hull_box(c);
   const dvec2 lower(box.lower), upper(box.upper);
   const dvec2 gap = glm::max(dvec2(0.0), glm::max(lower, -upper));
@@ -56,19 +64,20 @@ void search(Curve4 c, double band, std::int32_t edge, std::vector<NearStretch>& 
   const bool within = glm::length(glm::max(glm::abs(lower), glm::abs(upper))) <= band;
   if (!within && glm::length(upper - lower) > 0.01 * band) {
     Curve4 low = halve(c);
-    search(std::move(low), band, edge, out);
-    return search(std::move(c), band, edge, out);
+    search(std::move(low), link, band, edge, out);
+    return search(std::move(c), link, band, edge, out);
   }
   NearStretch here{edge, box.lower.z, box.upper.z, 0.0, kInf};
   closest(c, here);
   if (here.distance > band) return;
+  if (link) here.side = 0;
 
-  // Stretches come in the order of the path: join what touches.
-  if (!out.empty() && out.back().edge == edge && here.t_lower <= out.back().t_upper + band &&
-      here.t_upper >= out.back().t_lower - band) {
+  // Stretches come in the order of the path: join what touches, or lies within two bands along the line.
+  if (!out.empty() && out.back().edge == edge && here.t_lower <= out.back().t_upper + 2.0 * band &&
+      here.t_upper >= out.back().t_lower - 2.0 * band) {
     NearStretch& last = out.back();
     last.t_lower = std::min(last.t_lower, here.t_lower), last.t_upper = std::max(last.t_upper, here.t_upper);
-    if (here.distance < last.distance) last.t = here.t, last.distance = here.distance;
+    if (here.distance < last.distance) last.t = here.t, last.distance = here.distance, last.side = here.side;
     return;
   }
   out.push_back(here);
@@ -80,27 +89,32 @@ EdgePath edge_path(const nurbs::NurbsStore& store, std::int32_t edge) {
   const nurbs::Edge& e = store.edges[edge];
   EdgePath path;
   path.band = e.band;
+  auto add = [&](Curve4 curve, bool link) {
+    path.curves.push_back(std::move(curve));
+    path.links.push_back(link);
+  };
   for (std::int32_t k = e.pieces.begin; k < e.pieces.end; ++k) {
     const nurbs::Range ctrl = store.edge_pieces[k].ctrl;
     Curve4 curve(store.edge_ctrl_h.begin() + ctrl.begin, store.edge_ctrl_h.begin() + ctrl.end);
-    if (!path.curves.empty()) path.curves.push_back({path.curves.back().back(), curve.front()});
-    path.curves.push_back(std::move(curve));
+    if (!path.curves.empty()) add({path.curves.back().back(), curve.front()}, true);
+    add(std::move(curve), false);
   }
   auto vertex = [&](int k) { return dvec4(store.vertices[e.vertex[k]].point, 1.0); };
   const bool bare = path.curves.empty();
-  if (bare && e.vertex[0] >= 0) path.curves.push_back({vertex(0), vertex(e.vertex[1] >= 0 ? 1 : 0)});
-  if (!bare && e.vertex[0] >= 0) path.curves.insert(path.curves.begin(), Curve4{vertex(0), path.curves.front().front()});
-  if (!bare && e.vertex[1] >= 0) path.curves.push_back({path.curves.back().back(), vertex(1)});
+  const dvec4 last = bare ? dvec4(0.0) : path.curves.back().back();
+  if (bare && e.vertex[0] >= 0) add({vertex(0), vertex(e.vertex[1] >= 0 ? 1 : 0)}, true);
+  if (!bare && e.vertex[0] >= 0) add({vertex(0), path.curves.front().front()}, true);
+  if (!bare && e.vertex[1] >= 0) add({last, vertex(1)}, true);
   for (const Curve4& c : path.curves) path.box.add(hull_box(c));
   return path;
 }
 
 void near_stretches(const EdgePath& path, std::int32_t edge, const Line& line, std::vector<NearStretch>& out) {
   if (path.curves.empty() || !line.meets(path.box, path.band)) return;
-  for (const Curve4& curve : path.curves) {
+  for (std::size_t k = 0; k < path.curves.size(); ++k) {
     Curve4 c;
-    for (const dvec4& h : curve) c.push_back(line.project(Vec4(h)));
-    search(std::move(c), path.band, edge, out);
+    for (const dvec4& h : path.curves[k]) c.push_back(line.project(Vec4(h)));
+    search(std::move(c), path.links[k], path.band, edge, out);
   }
 }
 
