@@ -251,7 +251,7 @@ def measure_cast(
     org: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
     dir: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
     threads: int = 0,
-) -> dict:
+) -> dict[str, Any]:
     """
     Seconds of casting alone, without any copying, and the counters of the call.
     """

@@ -32,22 +32,28 @@ def run_watched(
             done.append(work(tiles))
         except BaseException as error:
             failed.append(error)
+        finally:
+            finished.set()
 
+    # An event rather than join: an interrupted join takes the thread for ended (bugs.python.org/issue45274).
+    finished = threading.Event()
     thread = threading.Thread(target=target, name="trimray-render", daemon=True)
     deadline = None if time_limit is None else time.monotonic() + time_limit
     thread.start()
     try:
-        while thread.is_alive():
-            thread.join(_LOOK_SECONDS)
+        while not finished.is_set():
+            finished.wait(_LOOK_SECONDS)
             if progress is not None:
                 total = tiles.total
                 progress("trace" if total else "hierarchy", tiles.done / total if total else None)
-            if deadline is not None and time.monotonic() > deadline and thread.is_alive():
+            if deadline is not None and time.monotonic() > deadline and not finished.is_set():
                 raise TimeLimitError(f"rendering took longer than {time_limit:g} s")
     except BaseException:
         tiles.cancel()
-        thread.join()
+        finished.wait()
         raise
+    finally:
+        thread.join()
     if failed:
         raise failed[0]
     return done[0]

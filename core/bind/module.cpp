@@ -4,6 +4,8 @@
 
 NB_MODULE(_core, m) {
   namespace nb = nanobind;
+  // An interpreter that ends by an exception keeps objects alive; that is no news to a user.
+  nb::set_leak_warnings(false);
   m.doc() = "Native core of trimray. Lengths are mm, angles radians.";
   nb::exception<trimray::Error> error(m, "CoreError", PyExc_RuntimeError);
   nb::exception<trimray::FormatError>(m, "FormatError", error.ptr());
