@@ -70,6 +70,25 @@ struct EdgeRule::Impl {
     return nullptr;
   }
 
+  // The face uses the edge twice, once in each direction: it goes on across the edge.
+  bool is_seam(std::int32_t face, std::int32_t edge) const {
+    int count = 0, sign = 0;
+    for (const Use& use : of_face(face))
+      if (use.local_edge == edge - paths.first_edge) sign += use.sign, ++count;
+    return count == 2 && sign == 0;
+  }
+
+  // Null when the face uses the edge more than once.
+  const Use* only_use(std::int32_t face, std::int32_t edge) const {
+    const Use* found = nullptr;
+    for (const Use& use : of_face(face)) {
+      if (use.local_edge != edge - paths.first_edge) continue;
+      if (found) return nullptr;
+      found = &use;
+    }
+    return found;
+  }
+
   void decide_by_side(const Ray& ray, std::int32_t face, std::span<const NearEdge* const> own,
                       std::vector<Root>& roots) const;
   Root root_on_edge(const Ray& ray, std::int32_t face, const NearEdge& near, int sign) const;
@@ -158,21 +177,21 @@ void EdgeRule::Impl::decide_by_side(const Ray& ray, std::int32_t face, std::span
                                     std::vector<Root>& roots) const {
   for (Root& r : roots) {
     const NearEdge* place = nullptr;
-    int places = 0;
+    int places = 0, seams = 0;
     for (const NearEdge* n : own) {
       const double band = store.edges[n->edge].band, gap = std::abs(r.t - n->t);
       if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, ray.dir)) > kSideBands * band) continue;
       place = n, ++places;
+      seams += is_seam(face, n->edge);
     }
-    if (places != 1 || place->side == 0) continue;
-    int sign = 0, count = 0;
-    for (const Use& use : of_face(face)) {
-      if (use.local_edge != place->edge - paths.first_edge) continue;
-      sign += use.sign, ++count;
+    // On a seam, and where seams cross, the face is on all sides, whatever rounding makes of uv there.
+    if (places > 0 && seams == places) {
+      r.inside = true;
+    } else if (places == 1 && place->side != 0) {
+      // Elsewhere the face lies to the left of its boundary as seen from outside.
+      const Use* use = only_use(face, place->edge);
+      if (use) r.inside = place->side * use->sign * r.sign > 0;
     }
-    // On a seam the face is on both sides. Elsewhere it lies to the left of its boundary as seen from outside.
-    if (count == 2 && sign == 0) r.inside = true;
-    else if (count == 1) r.inside = place->side * sign * r.sign > 0;
   }
 }
 

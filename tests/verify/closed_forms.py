@@ -31,6 +31,7 @@ class Scene:
     first_hit: Callable[[Long, Long], Long]  # (n, 3) origins and directions -> (n,) t, inf
     centre: Array
     diagonal: float
+    height: float  # of the axis above the centre
     grazing: tuple[float, ...]  # silhouette offsets that its coordinates can still resolve
 
 
@@ -114,7 +115,8 @@ def torus_hits(major: float, minor: float) -> Callable[[Long, Long], Long]:
         p = o + t[:, None] * d
         rho = np.sqrt(p[:, 0] ** 2 + p[:, 1] ** 2)
         value = (rho - major) ** 2 + p[:, 2] ** 2 - np.longdouble(minor) ** 2
-        drho = (p[:, 0] * d[:, 0] + p[:, 1] * d[:, 1]) / rho
+        with np.errstate(invalid="ignore"):  # 0 / 0 on the axis, never at a root
+            drho = (p[:, 0] * d[:, 0] + p[:, 1] * d[:, 1]) / rho
         return value, 2 * (rho - major) * drho + 2 * p[:, 2] * d[:, 2]
 
     def hits(o: Long, d: Long) -> Long:
@@ -178,27 +180,30 @@ def scenes() -> Iterator[Scene]:
     for place, centre, size in places:
         v = cq.Vector(*centre)
         solids = [
-            ("sphere", cq.Solid.makeSphere(7 * size, v, angleDegrees1=-90), sphere_hits(7 * size)),
+            ("sphere", cq.Solid.makeSphere(7 * size, v, angleDegrees1=-90), sphere_hits(7 * size), 0.0),
             (
                 "cylinder",
                 cq.Solid.makeCylinder(5 * size, 12 * size, v),
                 cone_hits(5 * size, 5 * size, 12 * size),
+                12 * size,
             ),
             (
                 "cone",
                 cq.Solid.makeCone(6 * size, 0, 9 * size, v),
                 cone_hits(6 * size, 0.0, 9 * size),
+                9 * size,
             ),
-            ("torus", cq.Solid.makeTorus(8 * size, 3 * size, v), torus_hits(8 * size, 3 * size)),
+            ("torus", cq.Solid.makeTorus(8 * size, 3 * size, v), torus_hits(8 * size, 3 * size), 0.0),
             (
                 "box",
                 cq.Workplane("XY").box(9 * size, 7 * size, 5 * size).translate(tuple(centre)).val(),
                 box_hits((9 * size, 7 * size, 5 * size)),
+                0.0,
             ),
         ]
         # What double precision leaves of an offset from the silhouette at these coordinates.
         grazing = (1e-4, 1e-6) if place == "_far" else (1e-3, 1e-6, 1e-9)
-        for (name, solid, judge), nurbs in itertools.product(solids, (False, True)):
+        for (name, solid, judge, height), nurbs in itertools.product(solids, (False, True)):
             box = solid.BoundingBox(1e-6)
             shape = solid
             if nurbs:
@@ -209,6 +214,7 @@ def scenes() -> Iterator[Scene]:
                 judge,
                 centre,
                 box.DiagonalLength,
+                height,
                 grazing,
             )
 
@@ -232,7 +238,8 @@ def rays_of(scene: Scene, view: Array, n: int, rng: np.random.Generator) -> tupl
     g = ((np.arange(n) + 0.41421356) / n * 2 - 1) * half
     x, y = (a.ravel() for a in np.meshgrid(g, g))
     local = x[:, None] * right + y[:, None] * up
-    special = [np.zeros(3)]
+    # Through the axis at mid height, so that the ray crosses the seam; no ray lies in a rim's plane.
+    special = [np.array([0.0, 0.0, 0.4142 * scene.height])]
     if "sphere" in scene.name:
         radius = 7e-3 if "tiny" in scene.name else 7.0
         for h in scene.grazing:
