@@ -32,7 +32,8 @@ if TYPE_CHECKING:
         TimeLimitError,
         UsageError,
     )
-    from .model import Model, load
+    from .loading import load
+    from .model import Model
     from .report import Issue, Report
 
 __all__ = [
@@ -57,7 +58,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "load": "model",
+    "load": "loading",
     "Model": "model",
     "Face": "faces",
     "Instance": "faces",

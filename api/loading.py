@@ -1,0 +1,145 @@
+"""load: a file or a shape to a Model, by the importer or from the cache."""
+
+from __future__ import annotations
+
+import base64
+import os
+import time
+from typing import Any, Literal
+
+import numpy as np
+
+from . import _core, cache
+from .importer.errors import InputError
+from .model import Model, Progress
+
+Heal = Literal["default", "off", "strict"]
+
+
+def load(
+    path_or_shape: Any,
+    *,
+    cache: bool = True,
+    heal: Heal = "default",
+    precision: float | None = None,
+    time_limit: float | None = None,
+    memory_limit: int | None = None,
+    name: str | None = None,
+    progress: Progress | None = None,
+) -> Model:
+    """Reads a model: STEP, IGES or BREP, also compressed, or a shape given in Python.
+
+    path_or_shape: a path; bytes (``name`` then stands for the path); a cadquery Workplane, Shape or
+        Assembly; an OCP shape.
+    cache: keep the imported surfaces under $XDG_CACHE_HOME/trimray and use them again; never for shapes
+        given in Python.
+    heal: "default" is what OpenCascade's readers do, "off" leaves the file's geometry alone, "strict"
+        reports every repair.
+    precision: mm, below it points are taken as equal and IGES faces are sewn; by default the file's own.
+    time_limit: seconds, memory_limit: bytes, of the child process that reads the file; none by default.
+    progress: called with a stage and a fraction or None.
+
+    A face that cannot be drawn is no error: see ``Model.report``. Raises InputError for what cannot be read,
+    EmptyError where there is no face, TimeLimitError, MemoryLimitError, UsageError.
+    """
+    options = {"heal": heal, "precision": precision}
+    limits = {"time_limit": time_limit, "memory_limit": memory_limit}
+    path = path_or_shape
+    if not isinstance(path, str | os.PathLike | bytes):
+        return _import(path, None, name, options, limits, progress)
+    data = path if isinstance(path, bytes) else _read(path)
+    shown = name or (os.fsdecode(path) if not isinstance(path, bytes) else "<bytes>")
+    if not cache or _refers_to_files(data):
+        return _import(path, None, name, options, limits, progress)
+    key = _cache.key(data, os.path.splitext(shown)[1], options)
+    return _from_cache(key) or _import(path, key, name, options, limits, progress)
+
+
+_cache = cache  # load's argument bears the module's name
+
+
+def _read(path: str | os.PathLike[str]) -> bytes:
+    """A file's bytes; whatever is no readable regular file is an InputError."""
+    shown = os.fsdecode(path)
+    try:
+        if os.path.isdir(path):
+            raise InputError(f"{shown}: is a directory")
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise InputError(f"{shown}: not a regular file")
+        with open(path, "rb") as file:
+            data = file.read()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{shown}: {getattr(error, 'strerror', None) or error}") from None
+    if not data:
+        raise InputError(f"{shown}: empty")
+    return data
+
+
+def _refers_to_files(data: bytes) -> bool:
+    """Does a STEP file refer to other model files? What it shows then depends on more than its own bytes."""
+    if b"DOCUMENT_FILE" not in data:
+        return False
+    from .importer.step_text import StepText
+
+    return bool(StepText(data).external_files)
+
+
+def _from_cache(key: str) -> Model | None:
+    start = time.perf_counter()
+    entry = cache.read(key)
+    if entry is None:
+        return None
+    try:
+        store = _core.Store.load(entry.store)
+        bounds = np.array(entry.facts["bounds"], np.float64).reshape(2, 3)
+        outline = np.frombuffer(base64.b64decode(entry.facts["outline"]), "<f8").reshape(-1, 3)
+    except (_core.CoreError, KeyError, TypeError, ValueError):
+        return None
+    seconds = {**entry.facts.get("seconds", {}), "cache": time.perf_counter() - start}
+    return Model(store, seconds=seconds, extent=(bounds, outline), cached=True)
+
+
+def _import(
+    source: Any,
+    key: str | None,
+    name: str | None,
+    options: dict[str, Any],
+    limits: dict[str, Any],
+    progress: Progress | None,
+) -> Model:
+    from .importer import read_model
+
+    brep = read_model(source, name=name, progress=progress, **options, **limits)
+    seconds: dict[str, float] = {}
+    start = time.perf_counter()
+    if progress is not None:
+        progress("store", None)
+    try:
+        store = _core.Store.build(
+            brep.brep,
+            brep.prototype_shapes,
+            brep.prototype_colors,
+            brep.face_color_shapes,
+            brep.face_colors,
+            brep.instance_prototypes,
+            brep.instance_placements,
+            brep.instance_colors,
+            brep.meta_json(),
+        )
+    except _core.CoreError as error:
+        shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "model")
+        raise InputError(f"{shown}: {error}") from None
+    seconds["store"] = time.perf_counter() - start
+    model = Model(store, seconds=seconds)
+    if key is not None:
+        start = time.perf_counter()
+        bounds, outline = model._extent
+        seconds["extent"] = time.perf_counter() - start
+        facts = {
+            "bounds": bounds.ravel().tolist(),
+            "outline": base64.b64encode(outline.astype("<f8").tobytes()).decode(),
+            "seconds": seconds,
+        }
+        if np.isfinite(bounds).all():
+            cache.write(key, cache.Entry(facts, store.save()))
+    return model
