@@ -139,15 +139,47 @@ void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
 void set(double (&out)[3], const dvec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 dvec3 vec(const double (&v)[3]) { return dvec3(v[0], v[1], v[2]); }
 
-// What the offset adds to the base: offset times the range of the normal over the domain.
-Interval3 offset_shift(const Patch& patch, const dvec4* net, const SubDomain& domain) {
-  const OffsetBox box = enclose_offset(patch, net, domain);
-  const Interval any{-1.0, 1.0};
-  return patch.offset * (box.regular ? box.normal : Interval3{any, any, any});
-}
+// What the offset adds to the base: the offset times the range of the normal over the domain, from its interval
+// enclosure and from the cone about n that prove_leaf found (sine of its half angle; above 1: none).
+class OffsetShift {
+ public:
+  OffsetShift(const Patch& patch, const dvec4* net, const SubDomain& domain, const dvec3& n, double sine)
+      : offset_(patch.offset), n_(n), sine_(sine), box_(enclose_offset(patch, net, domain)) {}
+
+  Interval along(const dvec3& direction) const {
+    const double length = glm::length(direction) * (1.0 + 1e-12);
+    Interval range{-length, length};
+    const auto meet = [&](const Interval& x) {
+      range = {std::max(range.lo, x.lo), std::min(range.hi, x.hi)};
+    };
+    if (box_.regular) meet(dot(direction, box_.normal));
+    if (sine_ < 1.0) {
+      const double part = glm::dot(direction, n_), across = sine_ * glm::length(direction - part * n_) + 1e-12 * length;
+      const Interval cone = part * Interval{std::sqrt(1.0 - sine_ * sine_) - 1e-12, 1.0 + 1e-12};
+      meet({cone.lo - across, cone.hi + across});
+    }
+    return offset_ * range;
+  }
+
+  // Cuts the range of direction . (S + offset n - c) down to its linear bound from the middle.
+  void cut(const dvec3& direction, const dvec3& c, double& lo, double& hi) const {
+    if (!box_.regular) return;
+    const double at = glm::dot(direction, box_.middle + box_.center - c);
+    const double reach = 0.5 * (1.0 + 1e-9) * (dot(direction, box_.px).magnitude() + dot(direction, box_.py).magnitude()) +
+                         glm::length(direction) * box_.error;
+    if (lo < at - reach) lo = at - reach;
+    if (hi > at + reach) hi = at + reach;
+  }
+
+ private:
+  double offset_;
+  dvec3 n_;
+  double sine_;
+  OffsetBox box_;
+};
 
 // The boxes of the control hull: along the axes, and along the tangents a, b and the unit normal n at the point c.
-// n = 0: the leaf is singular and gets a ball's worth of everything.
+// n = 0: the leaf is singular or a weight is not positive, and the axes take their place.
 void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, const dvec3& c, const dvec3& a,
              const dvec3& b, const dvec3& n, LeafProof& proof) {
   const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
@@ -167,17 +199,18 @@ void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, c
     local.add(to_local * (p - c));
   }
   const double rounding = 1e-13 * (patch.size + glm::length(patch.origin));
-  proof.box.dilate(rounding);
   if (patch.offset != 0.0) {
-    const SubDomain wide{domain.u0 - slack_u, domain.u1 + slack_u, domain.v0 - slack_v, domain.v1 + slack_v};
-    const Interval3 shift = offset_shift(patch, source, wide);
-    proof.box.lower += dvec3(shift.x.lo, shift.y.lo, shift.z.lo);
-    proof.box.upper += dvec3(shift.x.hi, shift.y.hi, shift.z.hi);
+    const OffsetShift shift(patch, source, widened(patch, domain, slack_u, slack_v), n, proof.sine);
     for (int i = 0; i < 3; ++i) {
-      const Interval part = dot(dvec3(to_local[0][i], to_local[1][i], to_local[2][i]), shift);
+      const dvec3 axis(i == 0, i == 1, i == 2), row(to_local[0][i], to_local[1][i], to_local[2][i]);
+      const Interval world = shift.along(axis), part = shift.along(row);
+      proof.box.lower[i] += world.lo, proof.box.upper[i] += world.hi;
       local.lower[i] += part.lo, local.upper[i] += part.hi;
+      shift.cut(axis, dvec3(0.0), proof.box.lower[i], proof.box.upper[i]);
+      shift.cut(row, c, local.lower[i], local.upper[i]);
     }
   }
+  proof.box.dilate(rounding);
   const dvec3 middle = local.center();
   const dvec3 half = 0.5 * (1.0 + 1e-9) * local.extent() +
                      rounding / dvec3(glm::length(axis_a), glm::length(axis_b), 1.0);
@@ -208,14 +241,15 @@ LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& d
   const dvec3 n = glm::cross(a, b);
   const double area = glm::length(n);
   const bool regular = area > 0.0 && std::isfinite(area);
-  enclose(patch, source, domain, c, a, b, regular ? n / area : dvec3(0.0), proof);
-
   double min_w = kInf;
   for (int k = 0; k < count; ++k) {
     min_w = std::min(min_w, points[k].w);
     points[k] -= dvec4(c * points[k].w, 0.0);
   }
-  if (!(min_w > 0.0) || !regular) return proof;
+  if (!(min_w > 0.0) || !regular) {
+    enclose(patch, source, domain, c, a, b, dvec3(0.0), proof);
+    return proof;
+  }
   // Newton in lanes knows base surfaces only: offset leaves claim no uniqueness.
   const bool newton = patch.offset == 0.0;
   net.normal = n / area;
@@ -223,6 +257,7 @@ LeafProof prove_leaf(const Patch& patch, const dvec4* source, const SubDomain& d
   for (int i = 0; i <= 2; ++i)
     for (int j = 0; i + j <= 2; ++j) d[i][j] = net.derivative(i, j);
   normal_cone(net, min_w, d, glm::normalize(a), glm::normalize(b), proof);
+  enclose(patch, source, domain, c, a, b, net.normal, proof);  // offsets use the cone
   const double ab = glm::length(vec(bound.ab));
   if (newton && proof.sine < 1.0) bound.unique = ab * proof.sine;
   if (newton) bound.unique_a = proof.tilt_a * ab / glm::length(vec(bound.ak));

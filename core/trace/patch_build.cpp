@@ -134,8 +134,11 @@ struct Margins {
 Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface, const Box2& box, double margin_mm) {
   constexpr int kSamples = 9;
   Margins margins;
-  const double longest[2] = {glm::length(nurbs::evaluate(store, surface, box.center()).du),
-                             glm::length(nurbs::evaluate(store, surface, box.center()).dv)};
+  // Whether a side collapses is asked of the base: an offset's tangents mean nothing there.
+  nurbs::Surface base = surface;
+  if (surface.kind == nurbs::SurfaceKind::kOffset) base.kind = nurbs::SurfaceKind::kBspline, base.offset = 0.0;
+  const double longest[2] = {glm::length(nurbs::evaluate(store, base, box.center()).du),
+                             glm::length(nurbs::evaluate(store, base, box.center()).dv)};
   for (int side = 0; side < 4; ++side) {
     const int across = side / 2, along = 1 - across;
     double across_max = 0.0, along_max = 0.0, speed[kSamples];
@@ -143,10 +146,15 @@ Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface
       dvec2 uv;
       uv[across] = side % 2 == 0 ? box.lower[across] : box.upper[across];
       uv[along] = glm::mix(box.lower[along], box.upper[along], k / (kSamples - 1.0));
-      const nurbs::SurfacePoint p = nurbs::evaluate(store, surface, uv);
+      const nurbs::SurfacePoint p = nurbs::evaluate(store, base, uv);
       speed[k] = glm::length(across == 0 ? p.du : p.dv);
-      across_max = std::max(across_max, speed[k]);
       along_max = std::max(along_max, glm::length(across == 0 ? p.dv : p.du));
+      if (surface.kind == nurbs::SurfaceKind::kOffset) {
+        const nurbs::SurfacePoint moved = nurbs::evaluate(store, surface, uv);
+        const double moved_speed = glm::length(across == 0 ? moved.du : moved.dv);
+        if (moved_speed < speed[k]) speed[k] = moved_speed;
+      }
+      across_max = std::max(across_max, speed[k]);
     }
     if (!(along_max > 1e-9 * longest[along]) || !(across_max > 0.0)) continue;
     double slowest = across_max;

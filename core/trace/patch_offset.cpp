@@ -61,11 +61,11 @@ struct OffsetSearch {
   }
 
   enum class Verdict { kNone, kUnique, kOpen };
-  Verdict judge(const SubDomain& wide) const;
+  Verdict judge(const SubDomain& wide, double& long_u, double& long_v) const;
 };
 
-// Is there no root on the box, at most one, or nothing to be said?
-OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide) const {
+// Is there no root on the box, at most one, or nothing to be said? Sets how far the enclosure reaches in u and v.
+OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide, double& long_u, double& long_v) const {
   const OffsetBox box = enclose_offset(patch, net, wide);
   const double u = 0.5 * (wide.u0 + wide.u1), v = 0.5 * (wide.v0 + wide.v1);
   const OffsetJet middle = offset_jet(patch, net, u, v);
@@ -84,7 +84,13 @@ OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide) const {
     if (!f.has_zero()) return Verdict::kNone;
   }
   if (!box.regular) return Verdict::kOpen;
+  const auto reach_of = [](const Interval3& a) { return std::max(std::max(a.x.magnitude(), a.y.magnitude()), a.z.magnitude()); };
+  long_u = reach_of(box.swapped ? box.py : box.px), long_v = reach_of(box.swapped ? box.px : box.py);
   const double error = noise + middle.error;
+  for (const dvec3& axis : axes) {
+    const double spread = 0.5 * (dot(axis, box.px).magnitude() + dot(axis, box.py).magnitude()) * (1.0 + 1e-9);
+    if (std::fabs(glm::dot(axis, middle.p - o)) > spread + error) return Verdict::kNone;
+  }
 
   // The Jacobian across the line, preconditioned by its middle.
   const auto mid = [](const Interval3& a) { return 0.5 * dvec3(a.x.lo + a.x.hi, a.y.lo + a.y.hi, a.z.lo + a.z.hi); };
@@ -120,12 +126,9 @@ ClipStats offset_roots(const Patch& patch, const PatchPool& pool, const LeafBoun
       break;
     }
     const double wu = d.u1 - d.u0, wv = d.v1 - d.v0;
-    // No overlap across a collapsed side: the surface turns back over itself there.
-    const SubDomain wide{(patch.poles & kSideU0) && d.u0 <= 0.0 ? 0.0 : d.u0 - kOverlap * wu,
-                         (patch.poles & kSideU1) && d.u1 >= 1.0 ? 1.0 : d.u1 + kOverlap * wu,
-                         (patch.poles & kSideV0) && d.v0 <= 0.0 ? 0.0 : d.v0 - kOverlap * wv,
-                         (patch.poles & kSideV1) && d.v1 >= 1.0 ? 1.0 : d.v1 + kOverlap * wv};
-    const OffsetSearch::Verdict verdict = search.judge(wide);
+    const SubDomain wide = widened(patch, d, kOverlap * wu, kOverlap * wv);
+    double long_u = wu * leaf.half_v, long_v = wv * leaf.half_u;
+    const OffsetSearch::Verdict verdict = search.judge(wide, long_u, long_v);
     if (verdict == OffsetSearch::Verdict::kNone) continue;
     PatchRoot root;
     if (verdict == OffsetSearch::Verdict::kUnique &&
@@ -141,7 +144,7 @@ ClipStats offset_roots(const Patch& patch, const PatchPool& pool, const LeafBoun
       continue;
     }
     SubDomain low = d, high = d;
-    if (wv <= kMinWidth || (wu > kMinWidth && wu * leaf.half_v >= wv * leaf.half_u)) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
+    if (wv <= kMinWidth || (wu > kMinWidth && long_u >= long_v)) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
     else low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
     stack.push_back(high), stack.push_back(low);
   }

@@ -67,58 +67,68 @@ BaseJet base_jet(const Patch& patch, const dvec4* net, double u, double v) {
 
 dvec3 xyz(const dvec4& h) { return dvec3(h.x, h.y, h.z); }
 
-// Ranges of a Bezier net's components and those of its derivatives up to the second.
+// Ranges of the components of a Bezier net and its derivatives up to the second over a box, per width of the box.
+// Differences are taken before the net is cut down to the box, so that their rounding shrinks with it.
 struct NetRange {
   const dvec4* p;
-  int n, m, row;  // degrees; row: distance of the rows
+  int n, m;
+  SubDomain box;
+  double scale, noise;  // of the position; rounding of the net
+  dvec3 center;
 
-  dvec4 difference(int i, int j, int a, int b) const {
-    if (a > 0) return difference(i + 1, j, a - 1, b) - difference(i, j, a - 1, b);
-    if (b > 0) return difference(i, j + 1, a, b - 1) - difference(i, j, a, b - 1);
-    return p[i * row + j];
-  }
-
-  // The (a, b)-th derivative: position and weight. noise: rounding of the net itself.
-  std::pair<Interval3, Interval> derivative(int a, int b, double noise) const {
-    double factor = 1.0;
-    for (int k = 0; k < a; ++k) factor *= n - k;
-    for (int k = 0; k < b; ++k) factor *= m - k;
+  std::pair<Interval3, Interval> derivative(int a, int b) const {
     if (n < a || m < b) return {};
+    dvec4 d[kMaxNet];
+    std::copy(p, p + (n + 1) * (m + 1), d);
+    const double wx = box.u1 - box.u0, wy = box.v1 - box.v0;
+    double factor = 1.0;
+    for (int k = 0; k < a; ++k) {
+      for (int i = 0; i + k < n; ++i)
+        for (int j = 0; j <= m; ++j) d[i * (m + 1) + j] = d[(i + 1) * (m + 1) + j] - d[i * (m + 1) + j];
+      factor *= (n - k) * wx;
+    }
+    int row = m + 1;
+    for (int k = 0; k < b; ++k, --row) {
+      for (int i = 0; i + a <= n; ++i)
+        for (int j = 0; j + 1 < row; ++j) d[i * (row - 1) + j] = d[i * row + j + 1] - d[i * row + j];
+      factor *= (m - k) * wy;
+    }
+    restrict_net(d, n - a, row - 1, box.u0, box.u1, box.v0, box.v1);
     dvec4 lo(kInf), hi(-kInf);
-    for (int i = 0; i + a <= n; ++i)
-      for (int j = 0; j + b <= m; ++j) {
-        const dvec4 d = difference(i, j, a, b);
-        lo = glm::min(lo, d), hi = glm::max(hi, d);
-      }
-    const double slack = 4.0 * noise;
-    lo = factor * (lo - slack), hi = factor * (hi + slack);
-    return {{Interval::outward(lo.x, hi.x), Interval::outward(lo.y, hi.y), Interval::outward(lo.z, hi.z)},
-            Interval::outward(lo.w, hi.w)};
+    for (int k = 0; k < (n - a + 1) * row; ++k) {
+      const dvec4 x = d[k] - dvec4(center * d[k].w, 0.0);
+      lo = glm::min(lo, x), hi = glm::max(hi, x);
+    }
+    lo = factor * (lo - noise), hi = factor * (hi + noise);
+    const Interval s{scale, scale};
+    return {s * Interval3{{lo.x, hi.x}, {lo.y, hi.y}, {lo.z, hi.z}}, Interval::outward(lo.w, hi.w)};
   }
 };
 
-// The net over the domain, turned so that a collapsed side of the patch that the domain touches is its row j = 0.
+// The patch's net and the domain, turned so that a collapsed side of the patch that the domain touches is y = 0.
 struct TurnedNet {
   dvec4 p[kMaxNet];
   int n, m;
+  SubDomain box;
   double sign = 1.0;  // of the turned S_x x S_y against S_u x S_v
-  bool pole = false;
+  bool pole = false, swap;
 
-  TurnedNet(const Patch& patch, const dvec4* net, const SubDomain& d) : n(patch.degree_u), m(patch.degree_v) {
-    dvec4 q[kMaxNet];
-    std::copy(net, net + (n + 1) * (m + 1), q);
-    restrict_net(q, n, m, d.u0, d.u1, d.v0, d.v1);
+  TurnedNet(const Patch& patch, const dvec4* net, const SubDomain& d) : n(patch.degree_u), m(patch.degree_v), box(d) {
     const bool u0 = (patch.poles & kSideU0) && d.u0 == 0.0, u1 = (patch.poles & kSideU1) && d.u1 == 1.0;
     const bool v0 = (patch.poles & kSideV0) && d.v0 == 0.0, v1 = (patch.poles & kSideV1) && d.v1 == 1.0;
     pole = u0 || u1 || v0 || v1;
-    const bool swap = !v0 && !v1 && (u0 || u1), flip_u = swap && !u0, flip_v = !swap && !v0 && v1;
+    swap = !v0 && !v1 && (u0 || u1);
+    const bool flip_u = swap && !u0, flip_v = !swap && !v0 && v1;
     const int du = n, dv = m;
     if (swap) std::swap(n, m);
     for (int i = 0; i <= du; ++i)
       for (int j = 0; j <= dv; ++j) {
         const int a = flip_u ? du - i : i, b = flip_v ? dv - j : j;
-        p[swap ? b * (m + 1) + a : a * (m + 1) + b] = q[i * (dv + 1) + j];
+        p[swap ? b * (m + 1) + a : a * (m + 1) + b] = net[i * (dv + 1) + j];
       }
+    if (flip_u) box = {1.0 - d.u1, 1.0 - d.u0, d.v0, d.v1};
+    if (flip_v) box = {d.u0, d.u1, 1.0 - d.v1, 1.0 - d.v0};
+    if (swap) box = {box.v0, box.v1, box.u0, box.u1};
     if (swap != (flip_u || flip_v)) sign = -1.0;
   }
 };
@@ -140,19 +150,25 @@ OffsetJet offset_jet(const Patch& patch, const dvec4* net, double u, double v) {
   return {j.s + patch.offset * unit, j.su + patch.offset * turn(nu), j.sv + patch.offset * turn(nv), unit, error};
 }
 
+SubDomain widened(const Patch& patch, const SubDomain& d, double by_u, double by_v) {
+  return {(patch.poles & kSideU0) && d.u0 <= 0.0 ? 0.0 : d.u0 - by_u, (patch.poles & kSideU1) && d.u1 >= 1.0 ? 1.0 : d.u1 + by_u,
+          (patch.poles & kSideV0) && d.v0 <= 0.0 ? 0.0 : d.v0 - by_v, (patch.poles & kSideV1) && d.v1 >= 1.0 ? 1.0 : d.v1 + by_v};
+}
+
 OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& domain) {
   TurnedNet t(patch, net, domain);
   OffsetBox box;
-  box.center = t.pole ? xyz(t.p[0]) / t.p[0].w : xyz(t.p[t.n / 2 * (t.m + 1) + t.m / 2]) / t.p[t.n / 2 * (t.m + 1) + t.m / 2].w;
   double max_w = 0.0;
-  for (int k = 0; k < (t.n + 1) * (t.m + 1); ++k) {
-    t.p[k] -= dvec4(box.center * t.p[k].w, 0.0);
-    max_w = std::max(max_w, t.p[k].w);
+  for (int k = 0; k < (t.n + 1) * (t.m + 1); ++k) max_w = std::max(max_w, t.p[k].w);
+  box.center = xyz(t.p[0]) / t.p[0].w;
+  if (!t.pole) {
+    const BaseJet middle = base_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
+    box.center = middle.s;
   }
-  box.pole = t.pole;
-  const double noise = 1e-15 * (t.n + t.m) * (t.pole ? t.m : 1) * max_w * patch.size;
-  const NetRange all{t.p, t.n, t.m, t.m + 1};
-  const auto range = [&](const NetRange& r, int a, int b) { return r.derivative(a, b, noise); };
+  box.swapped = t.swap;
+  const double noise = 4e-15 * (t.n + t.m) * max_w * std::max(patch.size, 1.0);
+  const NetRange all{t.p, t.n, t.m, t.box, 1.0, noise, box.center};
+  const auto range = [](const NetRange& r, int a, int b) { return r.derivative(a, b); };
   const Interval w = range(all, 0, 0).second;
   if (!(w.lo > 0.0)) {
     box.base = {{-kInf, kInf}, {-kInf, kInf}, {-kInf, kInf}};
@@ -166,8 +182,11 @@ OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& 
   dvec4 q[kMaxNet];
   if (t.pole) {
     for (int i = 0; i <= t.n; ++i)
-      for (int j = 0; j < t.m; ++j) q[i * t.m + j] = (double(t.m) / (j + 1)) * t.p[i * (t.m + 1) + j + 1];
-    part = {q, t.n, t.m - 1, t.m};
+      for (int j = 0; j < t.m; ++j) {
+        const dvec4& h = t.p[i * (t.m + 1) + j + 1];
+        q[i * t.m + j] = (double(t.m) / (j + 1)) * (h - dvec4(box.center * h.w, 0.0));
+      }
+    part = {q, t.n, t.m - 1, t.box, t.box.v1, noise * t.m, dvec3(0.0)};
   }
   const Interval wx = range(all, 1, 0).second, wy = range(all, 0, 1).second, wxx = range(all, 2, 0).second,
                  wxy = range(all, 1, 1).second, wyy = range(all, 0, 2).second;
@@ -190,10 +209,22 @@ OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& 
   const Interval3 n{clipped(unit.x), clipped(unit.y), clipped(unit.z)};
   const auto turn = [&](const Interval3& d) { return il * (d - dot(n, d) * n); };
   const double distance = t.sign * patch.offset;
+  const Interval3 nx = turn(mx), ny = turn(my);
   box.regular = true;
-  box.normal = t.sign * n;
-  box.px = sx + distance * turn(mx);
-  box.py = sy + distance * turn(my);
+  box.px = sx + distance * nx;
+  box.py = sy + distance * ny;
+  // The normal once more, by its linear bound from the middle.
+  const OffsetJet middle = offset_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
+  box.middle = middle.p - box.center, box.error = middle.error;
+  const Interval half{-0.5, 0.5};
+  const double error = middle.error / std::fabs(patch.offset);
+  const auto around = [&](double at, const Interval& dx, const Interval& dy, const Interval& known) {
+    const Interval linear = Interval{at - error, at + error} + half * dx + half * dy;
+    return Interval{linear.lo > known.lo ? linear.lo : known.lo, linear.hi < known.hi ? linear.hi : known.hi};
+  };
+  const Interval3 direct = t.sign * n;
+  box.normal = {around(middle.normal.x, nx.x, ny.x, direct.x), around(middle.normal.y, nx.y, ny.y, direct.y),
+                around(middle.normal.z, nx.z, ny.z, direct.z)};
   return box;
 }
 
