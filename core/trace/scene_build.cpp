@@ -126,6 +126,8 @@ Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads)
     instance.translation = place.translation;
     instance.to_prototype = glm::inverse(place.linear);
     instance.normal_matrix = glm::transpose(instance.to_prototype);
+    const dmat3& m = place.linear;  // the Frobenius norm bounds the largest singular value
+    instance.largest_stretch = std::sqrt(glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]));
     // A placement without an inverse (or with NaN in it) leaves nothing to hit.
     const double determinant = glm::determinant(place.linear);
     if (!(std::abs(determinant) > 1e-30) || !finite(boxes.back())) boxes.back() = {};

@@ -50,6 +50,11 @@ struct PrototypeScene {
     const nurbs::Face& f = store.faces[face];
     return f.iso_rectangle ? f.uv_box.contains(uv) : trim.inside(face, uv);
   }
+  // How far behind a root on the face an edge may be that still decides about it. Along a face that the ray
+  // grazes a band is a long way: EdgeRule admits 8 bands = 4 margins, measured across the surface.
+  double edge_reach(std::int32_t face, double grazing) const {
+    return 4.0 * margin_mm[face - first_face] / grazing;
+  }
   // A finished root: outward normal, sign, wrapped uv; `inside` is set too.
   Root make_root(std::int32_t face, double t, dvec2 uv, dvec3 normal, dvec3 dir) const;
   Root closed_root(std::int32_t face, const ClosedRoot& root, dvec3 dir) const;
@@ -60,6 +65,10 @@ struct PrototypeScene {
   void face_roots(std::int32_t face, const Ray& ray, std::vector<Root>& out) const;
 };
 
+// Rays flatter than this to the face they hit, |cos| of the angle to the normal, are asked one by one for
+// edges behind the hit; for the others the packet's sieve reaches far enough.
+inline constexpr double kGrazing = 1.0 / 128.0;
+
 // Sorts by t and drops roots that two neighbouring leaves both found (same_root).
 void merge_roots(std::vector<Root>& roots, std::size_t begin, double diagonal);
 
@@ -69,6 +78,7 @@ struct InstanceScene {
   dmat3 to_prototype{1.0};   // linear part's inverse
   dmat3 normal_matrix{1.0};  // its transpose: outward normals stay outward, mirrored or not
   dvec3 translation{0.0};
+  double largest_stretch = 1.0;  // no length of the prototype grows by more
 
   // The ray in the prototype; dir of unit length. t there = t in the world * scale.
   Ray local(const Ray& world, double& scale) const;

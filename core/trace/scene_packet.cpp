@@ -145,9 +145,14 @@ void trace_instance(InstancePacket& packet, std::uint64_t active) {
   WorldPacket& world = packet.world;
   packet.boxes.set(packet.prototype.bvh, packet.rays, active);
   traverse(packet.prototype.bvh, packet.boxes, visit_primitive, &packet, &world.stats.nodes);
-  // Edges in front of the nearest hit so far, or at it.
+  // Edges in front of the nearest hit so far, at it, or behind it within the reach of its face's bands.
   const EdgeSieve& sieve = packet.prototype.sieve;
   packet.boxes.set(sieve.bvh(), packet.rays, active & ~world.near_edge);
+  for (std::uint64_t rest = packet.boxes.live; rest != 0; rest &= rest - 1) {
+    const int i = std::countr_zero(rest);
+    if (world.instance[i] == packet.instance)
+      packet.boxes.set_tmax(i, packet.rays.tmax[i] + packet.prototype.edge_reach(world.face[i], kGrazing));
+  }
   if (packet.boxes.live != 0) world.near_edge |= sieve.near(packet.boxes, &world.stats.nodes);
 }
 
@@ -189,26 +194,30 @@ void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceSt
 
   std::vector<Hit> all;
   for (std::size_t i = 0; i < count; ++i) {
-    if ((packet.near_edge >> i) & 1 && near_edge(rays[i], packet.rays.tmax[i])) {
-      ++counters.edge_rays;
-      all.clear();
-      all_hits(rays[i], all);
-      out[i] = all.empty() ? Hit{} : all.front();
-      continue;
-    }
     const std::int32_t face = packet.face[i];
-    if (face == kNoFace) {
-      out[i] = Hit{};
-      continue;
+    double limit = packet.rays.tmax[i];
+    bool ask = (packet.near_edge >> i) & 1;
+    out[i] = Hit{};
+    if (face != kNoFace) {
+      const InstanceScene& instance = instances[packet.instance[i]];
+      const PrototypeScene& prototype = *prototypes[instance.prototype];
+      const ClosedForm& form = prototype.form(face);
+      dvec3 n = packet.normal[i];
+      if (form.kind != nurbs::SurfaceKind::kNone) {
+        n = closed_form_normal(form, packet.uv[i]);
+        if (store->faces[face].reversed) n = -n;
+      }
+      n = instance.normal(n);
+      out[i] = {limit, face, packet.instance[i], packet.uv[i], n};
+      const double grazing = std::max(std::abs(glm::dot(n, rays[i].dir)), 1e-12);
+      ask |= grazing < kGrazing;
+      if (ask) limit += prototype.edge_reach(face, grazing) * instance.largest_stretch;
     }
-    const InstanceScene& instance = instances[packet.instance[i]];
-    const ClosedForm& form = prototypes[instance.prototype]->form(face);
-    dvec3 n = packet.normal[i];
-    if (form.kind != nurbs::SurfaceKind::kNone) {
-      n = closed_form_normal(form, packet.uv[i]);
-      if (store->faces[face].reversed) n = -n;
-    }
-    out[i] = {packet.rays.tmax[i], face, packet.instance[i], packet.uv[i], instance.normal(n)};
+    if (!ask || !near_edge(rays[i], limit)) continue;
+    ++counters.edge_rays;
+    all.clear();
+    all_hits(rays[i], all);
+    out[i] = all.empty() ? Hit{} : all.front();
   }
 }
 
