@@ -11,23 +11,14 @@
 //          +------------------------> u
 #pragma once
 
+#include <functional>
 #include <vector>
 
-#include "core/nurbs/curve_form.h"
+#include "core/nurbs/loop_work.h"
 #include "core/nurbs/shape_walk.h"
 #include "core/nurbs/surface_source.h"
 
 namespace trimray::nurbs {
-
-struct CoEdgeWork {
-  std::int32_t edge = -1;       // WalkEdge; -1 - i: synthetic edge i of this face
-  bool reversed = false, seam = false;
-  Pieces2 pieces;               // in loop direction
-};
-
-struct LoopWork {
-  std::vector<CoEdgeWork> coedges;
-};
 
 // An edge that only one face knows. path: empty for a pole or for a copy of other curves.
 struct SyntheticEdge {
@@ -57,13 +48,5 @@ using SurfaceAt = std::function<dvec3(dvec2 uv_face)>;
 // natural: the surface's domain; periods: 0 where not periodic.
 FaceLoops close_loops(std::vector<std::vector<WireUse>> wires, const SurfaceAt& surface, const Box2& natural,
                       dvec2 periods);
-
-// Ends of a p-curve.
-dvec2 start_uv(const CoEdgeWork& c);
-dvec2 end_uv(const CoEdgeWork& c);
-// Box of the pieces: their control hulls after a few halvings.
-Box2 pieces_box(const Pieces2& pieces);
-// Area to the left of the closed polyline through the loop, 8 points a curved piece.
-double signed_area(const LoopWork& loop);
 
 }  // namespace trimray::nurbs
