@@ -54,11 +54,13 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return f"<Frame {self.width} x {self.height}: {', '.join(self._planes)}>"
 
     def save(self, path: str | os.PathLike[str] | IO[bytes], *, format: str | None = None) -> None:
-        """Writes the picture: PNG, JPEG, WebP or TIFF (color only), or EXR (every plane, as named channels).
+        """Writes the picture: the colour alone as PNG, JPEG, WebP or TIFF, or every plane as EXR (named
+        channels).
 
         path: a file, or an open binary stream. format: "png", "jpeg", "webp", "tiff" or "exr"; by default
         the one of the path's extension. The file appears whole or not at all, and equal frames give equal
-        bytes. Raises OutputError; UsageError for an unknown or unfit format.
+        bytes. Raises OutputError; UsageError for an unknown format, and where it cannot
+        hold the picture.
         """
         from . import image_io
 

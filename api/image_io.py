@@ -90,11 +90,15 @@ def save(frame: Frame, path: str | os.PathLike[str] | IO[bytes], format: str | N
 
 
 def encode(frame: Frame, format: str) -> bytes:
-    """The bytes of the image file; equal frames give equal bytes. Raises UsageError, OutputError."""
-    opaque = "color" not in frame or bool(frame["color"][..., 3].min() >= 1.0)
-    check_fit(format, frame.aovs, opaque)
-    names, pixels = _exr_pixels(frame) if format == "exr" else _byte_pixels(frame, opaque)
-    return _encode(format, names, pixels)
+    """The bytes of the image file: exr holds every plane, the other formats the colour alone. Equal frames
+    give equal bytes. Raises UsageError, OutputError."""
+    if format == "exr":
+        return _encode(format, *_exr_pixels(frame))
+    if "color" not in frame:
+        raise UsageError(f"{format} holds the colour, which was not rendered: write exr")
+    opaque = bool(frame["color"][..., 3].min() >= 1.0)
+    check_fit(format, ("color",), opaque)
+    return _encode(format, *_byte_pixels(frame, opaque))
 
 
 def _byte_pixels(frame: Frame, opaque: bool) -> tuple[tuple[str, ...], npt.NDArray[Any]]:

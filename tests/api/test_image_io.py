@@ -118,9 +118,17 @@ def test_unknown_formats(name: str, match: str) -> None:
         format_of(name)
 
 
+@pytest.mark.parametrize("format", ["png", "jpeg", "webp", "tiff"])
+def test_pictures_hold_the_colour_alone(format: str) -> None:
+    """The other planes of the frame change nothing; without the colour there is no picture."""
+    assert encode(frame(aovs=True), format) == encode(frame(), format)
+    depth = Frame({"depth": np.zeros((2, 3))}, (3, 2))
+    with pytest.raises(UsageError, match="colour, which was not rendered"):
+        encode(depth, format)
+    assert encode(depth, "exr")[:4] == b"\x76\x2f\x31\x01"
+
+
 def test_what_does_not_fit_the_format_is_refused() -> None:
-    with pytest.raises(UsageError, match="write exr"):
-        encode(frame(aovs=True), "png")
     with pytest.raises(UsageError, match="transparency"):
         encode(frame(alpha=True), "jpeg")
 
