@@ -52,7 +52,7 @@ def load(
     if not cache or _refers_to_files(data):
         return _import(path, None, name, options, limits, progress)
     key = _cache.key(data, os.path.splitext(shown)[1], options)
-    return _from_cache(key) or _import(path, key, name, options, limits, progress)
+    return _from_cache(key, shown) or _import(path, key, name, options, limits, progress)
 
 
 _cache = cache  # load's argument bears the module's name
@@ -84,7 +84,7 @@ def _refers_to_files(data: bytes) -> bool:
     return bool(StepText(data).external_files)
 
 
-def _from_cache(key: str) -> Model | None:
+def _from_cache(key: str, shown: str) -> Model | None:
     start = time.perf_counter()
     entry = cache.read(key)
     if entry is None:
@@ -96,7 +96,7 @@ def _from_cache(key: str) -> Model | None:
     except (_core.CoreError, KeyError, TypeError, ValueError):
         return None
     seconds = {**entry.facts.get("seconds", {}), "cache": time.perf_counter() - start}
-    return Model(store, seconds=seconds, extent=(bounds, outline), cached=True)
+    return Model(store, seconds=seconds, extent=(bounds, outline), cached=True, source=shown)
 
 
 def _import(
@@ -109,6 +109,7 @@ def _import(
 ) -> Model:
     from .importer import read_model
 
+    shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "")
     brep = read_model(source, name=name, progress=progress, **options, **limits)
     seconds: dict[str, float] = {}
     start = time.perf_counter()
@@ -127,10 +128,9 @@ def _import(
             brep.meta_json(),
         )
     except _core.CoreError as error:
-        shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "model")
-        raise InputError(f"{shown}: {error}") from None
+        raise InputError(f"{shown or 'the model'}: {error}") from None
     seconds["store"] = time.perf_counter() - start
-    model = Model(store, seconds=seconds)
+    model = Model(store, seconds=seconds, source=shown)
     if key is not None:
         start = time.perf_counter()
         bounds, outline = model._extent

@@ -49,8 +49,11 @@ class Model:
         seconds: dict[str, float],
         extent: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None,
         cached: bool = False,
+        source: str = "",
     ) -> None:
+        """source: what messages call the model, "" for "the model"."""
         self._core = store
+        self._source = source or "the model"
         self._seconds = seconds
         self._cached = cached
         if extent is not None:
@@ -86,7 +89,7 @@ class Model:
         """
         bounds = self._extent[0]
         if not np.isfinite(bounds).all():
-            raise EmptyError("no face can be drawn")
+            raise EmptyError(f"{self._source}: no face can be drawn: {_first(self.report.reasons())}")
         return bounds.copy()
 
     @property
@@ -278,6 +281,11 @@ class Model:
 
 _FOV_DEG = 30.0
 _MARGIN = 0.04
+
+
+def _first(reasons: list[str], few: int = 2) -> str:
+    left = f"; and {len(reasons) - few} more" if len(reasons) > few else ""
+    return "; ".join(reasons[:few]) + left
 
 
 def _portions(rays: Rays, length: int) -> list[Rays]:

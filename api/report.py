@@ -9,6 +9,9 @@ from typing import Any
 
 from .faces import Face
 
+# Runs of face numbers, or entities, named in one line.
+_FEW = 12
+
 
 @dataclass(frozen=True)
 class Issue:
@@ -65,6 +68,27 @@ class Report:
             lines.append(f"and {self.issues_left_out} more")
         return lines
 
+    def reasons(self) -> list[str]:
+        """As problems(), but one line for all faces or entities that differ in their number alone:
+        "faces 3, 7-9 (plane of Lid): reason"."""
+        groups: dict[tuple[str, str], list[int]] = {}
+        for face in self.not_drawn:
+            groups.setdefault((face.kind + _of(face), face.status), []).append(face.number)
+        lines = [
+            f"{'face' if len(n) == 1 else 'faces'} {_ranges(n)} ({what}): {why}"
+            for (what, why), n in groups.items()
+        ]
+        entities: dict[tuple[str, str], list[str]] = {}
+        for issue in self.issues:
+            if issue.severity == "error":
+                entities.setdefault((issue.kind, issue.reason), []).append(issue.entity or "file")
+        for (what, why), names in entities.items():
+            shown = ", ".join(names[:_FEW]) + (f" and {len(names) - _FEW} more" if len(names) > _FEW else "")
+            lines.append(f"{shown} ({what}): {why}")
+        if self.issues_left_out:
+            lines.append(f"and {self.issues_left_out} more")
+        return lines
+
     def as_dict(self) -> dict[str, Any]:
         """JSON-able."""
         return {
@@ -104,6 +128,19 @@ def make_report(
         reader_memory=int(source.get("peak_memory", 0)),
         cached=cached,
     )
+
+
+def _ranges(numbers: list[int]) -> str:
+    """Ascending numbers, the first ones of many: "3, 7-9"."""
+    runs: list[list[int]] = []
+    for n in numbers:
+        if runs and n == runs[-1][1] + 1:
+            runs[-1][1] = n
+        else:
+            runs.append([n, n])
+    text = ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs[:_FEW])
+    left = sum(b - a + 1 for a, b in runs[_FEW:])
+    return text + (f" and {left} more" if left else "")
 
 
 def _of(face: Face) -> str:

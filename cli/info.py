@@ -33,7 +33,7 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
         facts.append(about)
         if not options["json"]:
             write_stdout(("\n" if len(codes) else "") + as_text(about))
-            tell_problems(name, model.report.problems())
+            tell_problems(name, model.report.reasons(), "--json")
         codes.append(0 if model.report.complete else 1)
     if options["json"]:
         data = facts[0] if len(inputs) == 1 else facts

@@ -16,7 +16,7 @@ from .files import Job, plan
 from .output import say, write_stdout
 from .progress import Sink, progress_of
 
-# Faces named on stderr, an input; the report names all.
+# Lines about missing faces on stderr, an input; the report names all.
 _MAX_NAMED = 20
 
 
@@ -52,7 +52,9 @@ def _one(job: Job, aovs: tuple[str, ...], options: dict[str, Any]) -> dict[str, 
     start = time.perf_counter()
     try:
         with progress_of(job.name, options["progress"], options["quiet"]) as progress:
-            model = _draw(job, aovs, options, progress)
+            model = read(job.source, job.name, options, progress)
+            result["report"] = model.report.as_dict()
+            _draw(model, job, aovs, options, progress, start)
         result["report"] = model.report.as_dict()
         result["exit_code"] = _tell(job, model, options, time.perf_counter() - start)
     except Error as error:
@@ -80,11 +82,12 @@ def read(source: str, name: str, options: dict[str, Any], progress: Sink) -> Mod
     )
 
 
-def _draw(job: Job, aovs: tuple[str, ...], options: dict[str, Any], progress: Sink) -> Model:
-    start = time.monotonic()
-    model = read(job.source, job.name, options, progress)
+def _draw(
+    model: Model, job: Job, aovs: tuple[str, ...], options: dict[str, Any], progress: Sink, start: float
+) -> None:
+    """start: of the input's work, on the clock of perf_counter."""
     limit: float | None = options["time_limit"]
-    left = None if limit is None else limit - (time.monotonic() - start)
+    left = None if limit is None else limit - (time.perf_counter() - start)
     if left is not None and left <= 0:
         raise TimeLimitError(f"{job.name}: not done within {limit:g} s")
     frame = model.render(
@@ -107,7 +110,6 @@ def _draw(job: Job, aovs: tuple[str, ...], options: dict[str, Any], progress: Si
         write_stdout(data)
     else:
         write_file(job.target, data)
-    return model
 
 
 def _tell(job: Job, model: Model, options: dict[str, Any], seconds: float) -> int:
@@ -124,7 +126,7 @@ def _tell(job: Job, model: Model, options: dict[str, Any], seconds: float) -> in
         _tell_remarks(job.name, report, notes=options["verbose"] > 1)
     if report.complete:
         return 0
-    tell_problems(job.name, report.problems())
+    tell_problems(job.name, report.reasons(), "--report FILE")
     return 1
 
 
@@ -139,12 +141,12 @@ def _tell_remarks(name: str, report: Report, notes: bool) -> None:
         say(f"{name}: {severity}: {entities[0]}{others} ({kind}): {reason}")
 
 
-def tell_problems(name: str, problems: list[str]) -> None:
-    """One line each, the first ones; then their number."""
-    for line in problems[:_MAX_NAMED]:
+def tell_problems(name: str, reasons: list[str], option: str) -> None:
+    """One line each, the first ones; then their number. option: the one that names all."""
+    for line in reasons[:_MAX_NAMED]:
         say(f"{name}: {line}")
-    if len(problems) > _MAX_NAMED:
-        say(f"{name}: {len(problems) - _MAX_NAMED} more not drawn; --report FILE names all")
+    if len(reasons) > _MAX_NAMED:
+        say(f"{name}: {len(reasons) - _MAX_NAMED} more reasons; {option} names all")
 
 
 def _write_report(path: str, results: list[dict[str, Any]]) -> None:
