@@ -52,7 +52,7 @@ std::int64_t PatchSet::refused() const { return impl_->refused; }
 
 void PatchSet::solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
-  solve_leaf(patch, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays, out);
+  solve_leaf(patch, impl_->net.data() + patch.net, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays, out);
 }
 
 bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {

@@ -307,6 +307,7 @@ bool append_patch(const PatchInput& input, PatchPool& pool) {
     const dvec4 h = input.net[k] / w0;
     const dvec3 p = nurbs::project(input.net[k]) - patch.origin;
     pool.net.push_back(dvec4(p * h.w, h.w));
+    patch.max_weight = std::max(patch.max_weight, h.w);
   }
   patch.poles = collapsed_sides(pool.net.data() + patch.net, du, dv, patch.size);
   append_coefficients(patch, pool);

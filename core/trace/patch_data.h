@@ -35,6 +35,7 @@ struct Patch {
   double pole_reach = 0.0;         // a line that passes a collapsed side's point this near meets the side, mm; the
                                    // same for all patches of a face, so that those around a pole agree
   double offset = 0.0;
+  double max_weight = 1.0;         // of net; the first is 1
   dvec3 origin{0.0};               // everything below is relative to it
   std::int64_t net = 0;            // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
   std::int64_t coef = 0;           // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or

@@ -36,7 +36,7 @@ struct OffsetJet {
 OffsetJet offset_jet(const Patch& patch, const dvec4* net, double u, double v);
 
 // Boxes examined before a search is given up: a line in the surface, or one that passes
-// the offset of a collapsed side's point nearer than some 1e-3 of the offset.
+// the offset of a collapsed side's point nearer than some 2e-3 of the offset.
 inline constexpr int kMaxOffsetBoxes = 16384;
 
 // Appends the roots of the ray's whole line on the leaf, by subdivision. A box is dropped when its enclosure, or

@@ -51,6 +51,47 @@ inline std::vector<Root> every_root(const PatchSet& set, const Ray& ray, double 
   return unique;
 }
 
+// Roots as the scene finds them: solve() on every leaf first, all_roots() for what it leaves open.
+struct Traced {
+  std::vector<Root> roots;
+  int one = 0, none = 0, open = 0;  // leaves
+  bool complete = true;
+};
+
+inline Traced trace_leaves(const PatchSet& set, const Ray& ray, double diagonal) {
+  RayLanes lanes;
+  for (int k = 0; k < kLanes; ++k) {
+    lanes.org_x[k] = ray.org.x, lanes.org_y[k] = ray.org.y, lanes.org_z[k] = ray.org.z;
+    lanes.dir_x[k] = ray.dir.x, lanes.dir_y[k] = ray.dir.y, lanes.dir_z[k] = ray.dir.z;
+  }
+  lanes.active = 1;
+  Traced traced;
+  std::vector<Root> roots;
+  for (std::size_t k = 0; k < set.leaves().size(); ++k) {
+    RootLanes out;
+    set.solve(static_cast<std::int32_t>(k), lanes, out);
+    if (out.none & 1u) {
+      ++traced.none;
+    } else if (out.one & 1u) {
+      ++traced.one;
+      Root root;
+      root.t = out.t[0], root.uv_face = {out.u[0], out.v[0]};
+      root.normal = {out.normal_x[0], out.normal_y[0], out.normal_z[0]};
+      root.face = set.leaves()[k].face;
+      root.sign = glm::dot(root.normal, ray.dir) > 0.0 ? 1 : -1;
+      roots.push_back(root);
+    } else {
+      ++traced.open;
+      traced.complete &= set.all_roots(static_cast<std::int32_t>(k), ray, roots);
+    }
+  }
+  std::sort(roots.begin(), roots.end(), [](const Root& a, const Root& b) { return a.t < b.t; });
+  for (const Root& r : roots)
+    if (std::none_of(traced.roots.begin(), traced.roots.end(), [&](const Root& o) { return same_root(r, o, diagonal); }))
+      traced.roots.push_back(r);
+  return traced;
+}
+
 // Random lines whose distance from a centre is spread over [0, reach]; a third of them pass a distance between
 // 1e-1 and 1e-7 of `rim` within it.
 inline Ray random_ray(std::mt19937& rng, const dvec3& center, double reach, double rim) {

@@ -22,7 +22,10 @@ std::vector<double> sphere_roots(const Ray& ray, const dvec3& center, double rad
 }
 
 void check_ray(const PatchSet& set, const Ray& ray, const std::vector<double>& truth, double scale, double& worst) {
-  const std::vector<Root> roots = every_root(set, ray, scale);
+  const Traced traced = trace_leaves(set, ray, scale);
+  const std::vector<Root>& roots = traced.roots;
+  EXPECT_TRUE(traced.complete);
+  ASSERT_EQ(every_root(set, ray, scale).size(), truth.size()) << describe(ray);
   ASSERT_EQ(roots.size(), truth.size()) << describe(ray);
   for (std::size_t k = 0; k < truth.size(); ++k) {
     worst = std::max(worst, std::fabs(roots[k].t - truth[k]) / scale);
