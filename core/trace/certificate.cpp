@@ -152,7 +152,7 @@ class OffsetShift {
     const auto meet = [&](const Interval& x) {
       range = {std::max(range.lo, x.lo), std::min(range.hi, x.hi)};
     };
-    if (box_.regular) meet(dot(direction, box_.normal));
+    if (box_.regular) meet(dot(box_.frame * direction, box_.normal));
     if (sine_ < 1.0) {
       const double part = glm::dot(direction, n_), across = sine_ * glm::length(direction - part * n_) + 1e-12 * length;
       const Interval cone = part * Interval{std::sqrt(1.0 - sine_ * sine_) - 1e-12, 1.0 + 1e-12};
@@ -165,7 +165,8 @@ class OffsetShift {
   void cut(const dvec3& direction, const dvec3& c, double& lo, double& hi) const {
     if (!box_.regular) return;
     const double at = glm::dot(direction, box_.middle + box_.center - c);
-    const double reach = 0.5 * (1.0 + 1e-9) * (dot(direction, box_.px).magnitude() + dot(direction, box_.py).magnitude()) +
+    const dvec3 local = box_.frame * direction;
+    const double reach = 0.5 * (1.0 + 1e-9) * (dot(local, box_.px).magnitude() + dot(local, box_.py).magnitude()) +
                          glm::length(direction) * box_.error;
     if (lo < at - reach) lo = at - reach;
     if (hi > at + reach) hi = at + reach;

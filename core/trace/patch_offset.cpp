@@ -8,6 +8,7 @@ namespace {
 
 // A box this narrow, in patch parameters, is not split further.
 constexpr double kMinWidth = 1.0 / (1 << 29);
+constexpr int kMaxUnresolved = 64;
 constexpr double kOverlap = 0.0625;  // of the width, on every side; see clipping.cpp
 
 struct OffsetSearch {
@@ -26,6 +27,9 @@ struct OffsetSearch {
     o = org + t_shift * ray.dir;
   }
 
+  // How far rounding of a point moves its parameters: much, beside a collapsed side.
+  static dvec2 rounding(const OffsetJet& j) { return j.error / dvec2(glm::length(j.pu), glm::length(j.pv)); }
+
   // Newton with the true derivative; the answer is one full step from a point of the root grid.
   bool newton(dvec2 x, double max_step, PatchRoot& root) const {
     const auto step = [&](const dvec2& at, OffsetJet& j) {
@@ -39,13 +43,15 @@ struct OffsetSearch {
     for (int k = 0; k < 4 * kMaxNewtonSteps && !converged; ++k) {
       const dvec2 d = step(x, j);
       if (!(std::fabs(d.x) < kInf && std::fabs(d.y) < kInf)) return false;
-      converged = std::fabs(d.x) <= 1e-8 && std::fabs(d.y) <= 1e-8;
+      const dvec2 noise = rounding(j);
+      converged = std::fabs(d.x) <= 1e-8 + noise.x && std::fabs(d.y) <= 1e-8 + noise.y;
       x += glm::clamp(d, dvec2(-max_step), dvec2(max_step));
     }
     if (!converged) return false;
     x = glm::round(x / kRootGrid) * kRootGrid;
     const dvec2 d = step(x, j);
-    if (!(std::fabs(d.x) <= 4.0 * kRootGrid && std::fabs(d.y) <= 4.0 * kRootGrid)) return false;
+    const dvec2 limit = 4.0 * kRootGrid + 2.0 * rounding(j);
+    if (!(std::fabs(d.x) <= limit.x && std::fabs(d.y) <= limit.y)) return false;
     const dvec3 p = j.p + j.pu * d.x + j.pv * d.y;
     dvec3 normal = j.normal;
     // Where the offset exceeds a radius of curvature its tangents turn over, and with them its normal.
@@ -55,8 +61,11 @@ struct OffsetSearch {
   }
 
   void add(const PatchRoot& root) {
+    const dvec2 same = 1e-10 + 4.0 * rounding(offset_jet(patch, net, root.u, root.v));
     for (std::size_t k = first; k < roots.size(); ++k)
-      if (std::fabs(roots[k].u - root.u) <= 1e-10 && std::fabs(roots[k].v - root.v) <= 1e-10) return;
+      if (std::fabs(roots[k].u - root.u) <= same.x && std::fabs(roots[k].v - root.v) <= same.y &&
+          glm::dot(roots[k].normal, ray.dir) * glm::dot(root.normal, ray.dir) > 0.0)
+        return;
     roots.push_back(root);
   }
 
@@ -79,8 +88,9 @@ OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide, double& long_u,
   const Interval reach{-std::fabs(patch.offset), std::fabs(patch.offset)};
   for (const dvec3& axis : axes) {
     const double at = glm::dot(axis, o - box.center);
-    const Interval side = box.regular ? patch.offset * dot(axis, box.normal) : reach;
-    const Interval f = dot(axis, box.base) + side - Interval{at - noise, at + noise};
+    const dvec3 local = box.frame * axis;
+    const Interval side = box.regular ? patch.offset * dot(local, box.normal) : reach;
+    const Interval f = dot(local, box.base) + side - Interval{at - noise, at + noise};
     if (!f.has_zero()) return Verdict::kNone;
   }
   if (!box.regular) return Verdict::kOpen;
@@ -88,19 +98,21 @@ OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide, double& long_u,
   long_u = reach_of(box.swapped ? box.py : box.px), long_v = reach_of(box.swapped ? box.px : box.py);
   const double error = noise + middle.error;
   for (const dvec3& axis : axes) {
-    const double spread = 0.5 * (dot(axis, box.px).magnitude() + dot(axis, box.py).magnitude()) * (1.0 + 1e-9);
+    const dvec3 local = box.frame * axis;
+    const double spread = 0.5 * (dot(local, box.px).magnitude() + dot(local, box.py).magnitude()) * (1.0 + 1e-9);
     if (std::fabs(glm::dot(axis, middle.p - o)) > spread + error) return Verdict::kNone;
   }
 
   // The Jacobian across the line, preconditioned by its middle.
   const auto mid = [](const Interval3& a) { return 0.5 * dvec3(a.x.lo + a.x.hi, a.y.lo + a.y.hi, a.z.lo + a.z.hi); };
-  const dvec3 cx = mid(box.px), cy = mid(box.py);
-  const dvec2 a(glm::dot(n1, cx), glm::dot(n2, cx)), b(glm::dot(n1, cy), glm::dot(n2, cy));
+  const dvec3 cx = mid(box.px), cy = mid(box.py), l1 = box.frame * n1, l2 = box.frame * n2;
+  const dvec2 a(glm::dot(l1, cx), glm::dot(l2, cx)), b(glm::dot(l1, cy), glm::dot(l2, cy));
   const double det = a.x * b.y - a.y * b.x;
   if (!(std::fabs(det) > 1e-12 * glm::length(a) * glm::length(b))) return Verdict::kOpen;
   const dvec3 row_x = (b.y * n1 - b.x * n2) / det, row_y = (a.x * n2 - a.y * n1) / det;
-  const double xx = (dot(row_x, box.px) - Interval{1.0, 1.0}).magnitude(), xy = dot(row_x, box.py).magnitude();
-  const double yx = dot(row_y, box.px).magnitude(), yy = (dot(row_y, box.py) - Interval{1.0, 1.0}).magnitude();
+  const dvec3 local_x = box.frame * row_x, local_y = box.frame * row_y;
+  const double xx = (dot(local_x, box.px) - Interval{1.0, 1.0}).magnitude(), xy = dot(local_x, box.py).magnitude();
+  const double yx = dot(local_y, box.px).magnitude(), yy = (dot(local_y, box.py) - Interval{1.0, 1.0}).magnitude();
   // Linear bound from the middle: |row . (p - o)| there is at most the half widths' worth of the Jacobian.
   const double gx = glm::dot(row_x, middle.p - o), gy = glm::dot(row_y, middle.p - o);
   if (std::fabs(gx) - error * glm::length(row_x) > 0.5 * (1.0 + xx + xy) * (1.0 + 1e-9)) return Verdict::kNone;
@@ -148,6 +160,8 @@ ClipStats offset_roots(const Patch& patch, const PatchPool& pool, const LeafBoun
     else low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
     stack.push_back(high), stack.push_back(low);
   }
+  // A tangent line leaves a few tiny boxes; more of them mean that rounding hid what there was.
+  stats.exhausted = stats.exhausted || stats.unresolved > kMaxUnresolved;
   return stats;
 }
 

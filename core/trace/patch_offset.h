@@ -16,6 +16,7 @@ namespace trimray::trace {
 // that this side is y = 0, and the enclosure of the normal is that of (S_x / y) x S_y, which does not vanish there.
 struct OffsetBox {
   dvec3 center{0.0};    // what base and middle are relative to
+  dmat3 frame{1.0};     // turns directions into the frame of the intervals, along the surface's tangent and normal
   Interval3 base;       // S
   bool swapped = false; // x is v
   bool regular = false; // below is set: the normal does not vanish anywhere on the box
@@ -36,7 +37,7 @@ struct OffsetJet {
 OffsetJet offset_jet(const Patch& patch, const dvec4* net, double u, double v);
 
 // Boxes examined before a search is given up: a line in the surface, or one that passes
-// the offset of a collapsed side's point nearer than some 2e-3 of the offset.
+// the offset of a collapsed side's point nearer than some 1e-3 of the offset.
 inline constexpr int kMaxOffsetBoxes = 16384;
 
 // Appends the roots of the ray's whole line on the leaf, by subdivision. A box is dropped when its enclosure, or

@@ -158,16 +158,23 @@ SubDomain widened(const Patch& patch, const SubDomain& d, double by_u, double by
 OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& domain) {
   TurnedNet t(patch, net, domain);
   OffsetBox box;
-  double max_w = 0.0;
-  for (int k = 0; k < (t.n + 1) * (t.m + 1); ++k) max_w = std::max(max_w, t.p[k].w);
-  box.center = xyz(t.p[0]) / t.p[0].w;
-  if (!t.pole) {
-    const BaseJet middle = base_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
-    box.center = middle.s;
+  const OffsetJet middle = offset_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
+  const dvec3 tangent = glm::cross(middle.normal, std::fabs(middle.normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
+  if (glm::length(tangent) > 0.5) {  // false for NaN
+    const dvec3 t1 = glm::normalize(tangent), t2 = glm::cross(middle.normal, t1);
+    box.frame = glm::transpose(dmat3(t1, t2, middle.normal));
   }
+  box.center = t.pole ? xyz(t.p[0]) / t.p[0].w : middle.p - patch.offset * middle.normal;
+  if (!(glm::length(box.center) < 2.0 * patch.size)) box.center = dvec3(0.0);
+  double max_w = 0.0;
+  for (int k = 0; k < (t.n + 1) * (t.m + 1); ++k) {
+    max_w = std::max(max_w, t.p[k].w);
+    t.p[k] = dvec4(box.frame * xyz(t.p[k]), t.p[k].w);
+  }
+  const dvec3 center = box.frame * box.center;
   box.swapped = t.swap;
   const double noise = 4e-15 * (t.n + t.m) * max_w * std::max(patch.size, 1.0);
-  const NetRange all{t.p, t.n, t.m, t.box, 1.0, noise, box.center};
+  const NetRange all{t.p, t.n, t.m, t.box, 1.0, noise, center};
   const auto range = [](const NetRange& r, int a, int b) { return r.derivative(a, b); };
   const Interval w = range(all, 0, 0).second;
   if (!(w.lo > 0.0)) {
@@ -184,7 +191,7 @@ OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& 
     for (int i = 0; i <= t.n; ++i)
       for (int j = 0; j < t.m; ++j) {
         const dvec4& h = t.p[i * (t.m + 1) + j + 1];
-        q[i * t.m + j] = (double(t.m) / (j + 1)) * (h - dvec4(box.center * h.w, 0.0));
+        q[i * t.m + j] = (double(t.m) / (j + 1)) * (h - dvec4(center * h.w, 0.0));
       }
     part = {q, t.n, t.m - 1, t.box, t.box.v1, noise * t.m, dvec3(0.0)};
   }
@@ -214,17 +221,17 @@ OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& 
   box.px = sx + distance * nx;
   box.py = sy + distance * ny;
   // The normal once more, by its linear bound from the middle.
-  const OffsetJet middle = offset_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
   box.middle = middle.p - box.center, box.error = middle.error;
   const Interval half{-0.5, 0.5};
-  const double error = middle.error / std::fabs(patch.offset);
+  const double error = middle.error / std::fabs(patch.offset) + 1e-14;
   const auto around = [&](double at, const Interval& dx, const Interval& dy, const Interval& known) {
     const Interval linear = Interval{at - error, at + error} + half * dx + half * dy;
     return Interval{linear.lo > known.lo ? linear.lo : known.lo, linear.hi < known.hi ? linear.hi : known.hi};
   };
   const Interval3 direct = t.sign * n;
-  box.normal = {around(middle.normal.x, nx.x, ny.x, direct.x), around(middle.normal.y, nx.y, ny.y, direct.y),
-                around(middle.normal.z, nx.z, ny.z, direct.z)};
+  const dvec3 at = box.frame * middle.normal;
+  box.normal = {around(at.x, nx.x, ny.x, direct.x), around(at.y, nx.y, ny.y, direct.y),
+                around(at.z, nx.z, ny.z, direct.z)};
   return box;
 }
 
