@@ -332,7 +332,12 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
       if (!(worst < kMaxCoordinate)) face.status = FaceStatus::kBadTrim;
     }
   }
-  if (face.status != FaceStatus::kOk) face.form = {}, face.loops = {}, face.bounds = {};
+  if (face.status != FaceStatus::kOk) refuse(face, face.status);
+}
+
+void refuse(FaceWork& face, FaceStatus status) {
+  face.status = status;
+  face.form = {}, face.loops = {}, face.bounds = {}, face.deviation = {};
 }
 
 }  // namespace trimray::nurbs

@@ -40,6 +40,9 @@ FaceWork build_face(const brep::Model& model, const PrototypeWork& prototype, co
 // For an edge without 3D curve: its p-curve's image on the face's surface.
 Pieces3 path_from_face(const FaceWork& face, const CoEdgeWork& coedge, double tolerance);
 
+// Takes from a face all that would be drawn.
+void refuse(FaceWork& face, FaceStatus status);
+
 // Fills face.deviation. tiny: a distance (mm) that needs no closer look.
 void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double tiny);
 

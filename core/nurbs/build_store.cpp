@@ -8,6 +8,7 @@
 #include "core/base/tolerance.h"
 #include "core/brep/bintools.h"
 #include "core/nurbs/build_face.h"
+#include "core/nurbs/face_guards.h"
 
 namespace trimray::nurbs {
 namespace {
@@ -258,11 +259,18 @@ NurbsStore build_store(const brep::Model& model, const BuildInput& input) {
     w.faces[i.index] = build_face(model, w, w.walk.faces[i.index]);
   });
   std::vector<double> tiny(work.size());
+  std::vector<Box3> extent(work.size());
   for (std::size_t p = 0; p < work.size(); ++p) {
+    extent[p] = edge_extent(work[p]);
+    for (FaceWork& f : work[p].faces) refuse_far(f, extent[p]);
     find_paths(work[p]);
     tiny[p] = kMinBand * diagonal(work[p]);
   }
-  for_each(faces, [&](Item i) { measure_deviation(work[i.prototype], work[i.prototype].faces[i.index], tiny[i.prototype]); });
+  for_each(faces, [&](Item i) {
+    PrototypeWork& w = work[i.prototype];
+    measure_deviation(w, w.faces[i.index], tiny[i.prototype]);
+    refuse_loose(w, w.faces[i.index], extent[i.prototype]);
+  });
 
   std::unordered_map<std::int32_t, std::size_t> colors;
   for (std::size_t i = 0; i < input.face_color_shapes.size(); ++i) colors[input.face_color_shapes[i]] = i;

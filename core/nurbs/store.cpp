@@ -172,8 +172,8 @@ const char* status_reason(FaceStatus status) {
   switch (status) {
     case FaceStatus::kOk: return "ok";
     case FaceStatus::kNoSurface: return "tessellated face without an exact surface";
-    case FaceStatus::kBadSurface: return "invalid surface (not finite, weights <= 0 or unsorted knots)";
-    case FaceStatus::kBadTrim: return "boundary curves are missing, unusable or enclose nothing";
+    case FaceStatus::kBadSurface: return "invalid surface (not finite, far off, weights <= 0 or unsorted knots)";
+    case FaceStatus::kBadTrim: return "boundary curves are missing, unusable, off the surface or enclose nothing";
     case FaceStatus::kUnsupported: return "surface kind without an exact form";
   }
   return "unknown";

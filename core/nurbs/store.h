@@ -103,8 +103,8 @@ struct Loop {
 enum class FaceStatus : std::uint8_t {
   kOk,
   kNoSurface,        // tessellated face, nothing exact to draw
-  kBadSurface,       // NaN or huge numbers, weights <= 0, unsorted knots
-  kBadTrim,          // p-curves missing or unusable, or an empty uv box
+  kBadSurface,       // NaN or huge numbers, far from all edges, weights <= 0, unsorted knots
+  kBadTrim,          // p-curves missing, unusable or far off their edges, or an empty uv box
   kUnsupported,      // a curve or surface kind without exact form or evaluator
 };
 const char* status_reason(FaceStatus status);  // "ok" or the reason a face cannot be drawn

@@ -12,6 +12,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kMargin = 0.01;       // of the uv box's width
 constexpr double kSplineReach = 0.05;  // of the end span, that a spline is continued at most without need
 constexpr double kMaxTurns = 16.0;
+constexpr double kMaxSwell = 10.0;     // how much larger than its poles' box a spline may grow beyond its ends
 
 using Kind = brep::SurfaceKind;
 
@@ -165,14 +166,32 @@ void widen(double& lo, double& hi, double natural_lo, double natural_hi, double 
   lo = std::min(lo, std::max(wide_lo, natural_lo)), hi = std::max(hi, std::min(wide_hi, natural_hi));
 }
 
+// Part of an end span that a spline may be continued: beyond [-1, 1] a polynomial grows at most like the Chebyshev
+// polynomial T_p, so that it stays within twice its bound on the span where T_p(1 + 2 reach) <= 2.
+double spline_reach(int degree) {
+  return std::min(kSplineReach, 0.5 * (std::cosh(std::acosh(2.0) / std::max(degree, 1)) - 1.0));
+}
+
 // For splines: a margin beyond the natural end that does not strain the end span.
-void widen_spline(double& lo, double& hi, const CurveDomain& d, std::span<const double> distinct) {
+void widen_spline(double& lo, double& hi, const CurveDomain& d, std::span<const double> distinct, int degree) {
   const double width = hi - lo;
   widen(lo, hi, d.lower, d.upper, d.period);
   if (d.period > 0.0 || distinct.size() < 2) return;
   const double first = distinct[1] - distinct[0], last = distinct[distinct.size() - 1] - distinct[distinct.size() - 2];
-  if (lo <= d.lower) lo = std::min(lo, d.lower - std::min(kMargin * width, kSplineReach * first));
-  if (hi >= d.upper) hi = std::max(hi, d.upper + std::min(kMargin * width, kSplineReach * last));
+  if (lo <= d.lower) lo = std::min(lo, d.lower - std::min(kMargin * width, spline_reach(degree) * first));
+  if (hi >= d.upper) hi = std::max(hi, d.upper + std::min(kMargin * width, spline_reach(degree) * last));
+}
+
+// Did continuing the spline beyond its ends (the loops may ask for that) blow it up? Within them it lies in the box of
+// its poles.
+bool swollen(const brep::Surface& b, const SurfaceForm& form) {
+  Box3 poles, form_box;
+  for (const dvec3& p : b.poles) poles.add(p);
+  for (const dvec4& h : form.ctrl_h) {
+    if (!(h.w > 0.0)) return true;
+    form_box.add(project(h));
+  }
+  return !(form_box.diagonal() <= kMaxSwell * poles.diagonal());
 }
 
 bool spline_over(const brep::Surface& b, const SurfaceSource& source, Box2 box, SurfaceForm& out) {
@@ -183,12 +202,12 @@ bool spline_over(const brep::Surface& b, const SurfaceSource& source, Box2 box, 
     const std::vector<double> ends = {0.0, 1.0};
     u = flatten_knots(ends, std::vector<std::int32_t>(2, b.count_u), f.degree_u, b.count_u, false, 0, 0);
     v = flatten_knots(ends, std::vector<std::int32_t>(2, b.count_v), f.degree_v, b.count_v, false, 0, 0);
-    widen_spline(box.lower.x, box.upper.x, {0.0, 1.0, 0.0}, ends);
-    widen_spline(box.lower.y, box.upper.y, {0.0, 1.0, 0.0}, ends);
+    widen_spline(box.lower.x, box.upper.x, {0.0, 1.0, 0.0}, ends, f.degree_u);
+    widen_spline(box.lower.y, box.upper.y, {0.0, 1.0, 0.0}, ends, f.degree_v);
   } else {
     f.degree_u = b.degree_u, f.degree_v = b.degree_v;
-    widen_spline(box.lower.x, box.upper.x, {source.natural.lower.x, source.natural.upper.x, f.period_u}, b.knots_u);
-    widen_spline(box.lower.y, box.upper.y, {source.natural.lower.y, source.natural.upper.y, f.period_v}, b.knots_v);
+    widen_spline(box.lower.x, box.upper.x, {source.natural.lower.x, source.natural.upper.x, f.period_u}, b.knots_u, f.degree_u);
+    widen_spline(box.lower.y, box.upper.y, {source.natural.lower.y, source.natural.upper.y, f.period_v}, b.knots_v, f.degree_v);
     const auto far = [](double t, double first, double period) {
       return period > 0.0 && !(std::abs(t - first) <= kMaxTurnsAway * period);
     };
@@ -212,7 +231,7 @@ bool spline_over(const brep::Surface& b, const SurfaceSource& source, Box2 box, 
       out.ctrl_h.emplace_back(w * b.poles[k], w);
     }
   respan_surface(out, box);
-  return true;
+  return !swollen(b, out);
 }
 
 bool swept_over(const brep::Model& model, const brep::Surface& b, const SurfaceSource& source, Box2 box, SurfaceForm& out) {
