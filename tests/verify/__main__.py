@@ -27,7 +27,9 @@ def _models(args: argparse.Namespace) -> list[Path]:
 def _loaded(args: argparse.Namespace) -> Iterator[tuple[str, trimray.Model]]:
     for file in _models(args):
         try:
-            yield file.name, trimray.load(file)
+            model = trimray.load(file)
+            _ = model.bounds  # a model without a face that can be drawn has none
+            yield file.name, model
         except trimray.Error as error:
             print(f"{file.name:44} {error}")
 
@@ -45,14 +47,17 @@ def run_closed_forms(args: argparse.Namespace) -> int:
 
 
 def run_reference(args: argparse.Namespace) -> int:
-    print(f"{'model':44} {'rays':>7} {'hits':>7} {'knife':>6} {'coinc.':>6} {'unexplained':>11} {'s':>6}")
+    print(
+        f"{'model':44} {'rays':>7} {'hits':>7} {'knife':>6} {'band':>5} {'coinc.':>6} "
+        f"{'unexplained':>11} {'s':>6}"
+    )
     wrong = 0
     for name, model in _loaded(args):
         start = time.perf_counter()
         r = reference.check(model, args.rays)
         wrong += len(r.unexplained)
         print(
-            f"{name:44} {r.rays:7} {r.hits:7} {r.knife_edge:6} {r.coincident:6} "
+            f"{name:44} {r.rays:7} {r.hits:7} {r.knife_edge:6} {r.band:5} {r.coincident:6} "
             f"{len(r.unexplained):11} {time.perf_counter() - start:6.1f}",
             flush=True,
         )

@@ -2,7 +2,9 @@
 
 Two tracers may differ where the ray stands on a knife's edge: a displacement of KNIFE_EDGE of the
 diagonal, far below what the picture can show, turns one answer into the other. Such a difference is
-explained; any other is a bug in one of them.
+explained. So is one where the ray passes an edge within its band and the answers lie no farther apart
+than a grazing ray can carry that band: there the file itself does not say more. These are counted apart,
+and few. Any other is a bug in one of them.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import trimray
+from trimray import _core
 
 from .closed_forms import HIT_TOL, views
 
@@ -21,6 +24,7 @@ Array = NDArray[np.float64]
 Cast = Callable[[Array, Array], tuple[Array, NDArray[np.int32], NDArray[np.int32]]]
 
 KNIFE_EDGE = 2e-9  # of the diagonal
+BAND_REACH = 1e-3  # of the diagonal
 
 
 @dataclass
@@ -28,6 +32,7 @@ class Result:
     rays: int = 0
     hits: int = 0
     knife_edge: int = 0
+    band: int = 0
     coincident: int = 0
     unexplained: list[str] = field(default_factory=list)
 
@@ -46,6 +51,22 @@ def picture_rays(model: trimray.Model, n: int, seed: int = 1) -> tuple[Array, Ar
     return np.concatenate(origins), np.concatenate(directions)
 
 
+def aimed_rays(model: trimray.Model, n: int, seed: int = 2) -> tuple[Array, Array]:
+    """n random rays that pass edges and vertices at 1e-7 to 1e-2 of the diagonal."""
+    rng = np.random.default_rng(seed)
+    low, high = model.bounds
+    diagonal = float(np.linalg.norm(high - low))
+    targets = _core.edge_points(model._core, 3)
+    if len(targets) == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    targets = targets[rng.integers(len(targets), size=n)]
+    d = rng.normal(size=(n, 3))
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    shift = rng.normal(size=(n, 3))
+    shift *= (10 ** rng.uniform(-7, -2, n) * diagonal / np.linalg.norm(shift, axis=1))[:, None]
+    return targets + shift - 2 * diagonal * d, d
+
+
 def caster(model: trimray.Model, mode: str) -> Cast:
     def cast(o: Array, d: Array) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
         hits = model.cast(o, d, mode=mode)
@@ -61,10 +82,12 @@ def _same(a, b, tol: float) -> NDArray[np.bool_]:  # type: ignore[no-untyped-def
 
 
 def check(model: trimray.Model, n: int, fast: Cast | None = None, judge: Cast | None = None) -> Result:
-    """Compares the fast tracer with the judge (default: the reference) on 26 n rays."""
+    """Compares the fast tracer with the judge (default: the reference) on 26 n rays over the model, and
+    as many aimed at its edges."""
     fast = fast or caster(model, "standard")
     judge = judge or caster(model, "reference")
-    origins, directions = picture_rays(model, n)
+    seen, aimed = picture_rays(model, n), aimed_rays(model, 26 * n)
+    origins, directions = (np.concatenate(pair) for pair in zip(seen, aimed, strict=True))
     low, high = model.bounds
     diagonal = float(np.linalg.norm(high - low))
     tol = HIT_TOL * diagonal
@@ -81,6 +104,10 @@ def check(model: trimray.Model, n: int, fast: Cast | None = None, judge: Cast | 
         # Grazing hits move by the square root of the displacement, so only face and instance count.
         if ((around[1] == a[1][i]) & (around[2] == a[2][i])).any():
             result.knife_edge += 1
+            continue
+        reach = min(a[0][i], b[0][i]) + BAND_REACH * diagonal
+        if _core.near_edge(model._scene, origins[i].tolist(), directions[i].tolist(), reach):
+            result.band += 1
             continue
         result.unexplained.append(
             f"ray {origins[i].tolist()} {directions[i].tolist()}: "

@@ -11,6 +11,8 @@ import trimray
 from . import closed_forms, contact_sheet, parity, reference
 
 SAMPLES = contact_sheet.models_in(Path(__file__).resolve().parents[2] / "samples")
+# Surfaces without thickness; everything else that we made is closed.
+OPEN = {"patch", "cornell_box", "teapot", "offset_surface"}
 # Real models of every kind that the reference tracer can judge in a few seconds.
 REAL = (
     "BRL-CAD+brlcad/NIST_MBE_PMI_2.stp",
@@ -24,7 +26,7 @@ REAL = (
 )
 
 
-@pytest.mark.parametrize("scene", closed_forms.scenes(), ids=lambda s: s.name)
+@pytest.mark.parametrize("scene", list(closed_forms.scenes()), ids=lambda s: s.name)
 def test_first_hits_equal_the_closed_forms(scene: closed_forms.Scene) -> None:
     result = closed_forms.check(scene, 4 if "torus" in scene.name else 16)
     assert result.rays > 400
@@ -34,8 +36,9 @@ def test_first_hits_equal_the_closed_forms(scene: closed_forms.Scene) -> None:
 @pytest.mark.parametrize("file", SAMPLES, ids=lambda p: p.stem)
 def test_closed_samples_are_crossed_an_even_number_of_times(file: Path) -> None:
     result = parity.check(trimray.load(file), 2)
-    if result.solids == 0:
-        pytest.skip("open by design: not all shells are closed")
+    if file.stem in OPEN:
+        assert result.solids == 0
+        return
     assert result.rays > 0
     assert result.odd == 0, result
 
