@@ -1,6 +1,8 @@
 // What benchmarks and verification ask: pure casting time with counters, and points on edges.
+#include <array>
 #include <chrono>
 
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/shared_ptr.h>
 
 #include "core/bind/bind.h"
@@ -75,6 +77,11 @@ Out<double> edge_points(const NurbsStore& store, int per_edge) {
 }  // namespace
 
 void bind_measure(nb::module_& m) {
+  m.def("near_edge", [](const trace::Scene& scene, std::array<double, 3> org, std::array<double, 3> dir, double tmax) {
+          const trace::Ray ray{{org[0], org[1], org[2]}, glm::normalize(dvec3(dir[0], dir[1], dir[2])), 0.0, tmax};
+          return scene.near_edge(ray);
+        }, nb::arg("scene"), nb::arg("org"), nb::arg("dir"), nb::arg("tmax"),
+        "Does the ray pass an edge within its band before tmax (mm)?");
   m.def("measure_cast", &measure_cast, nb::arg("scene"), nb::arg("org"), nb::arg("dir"), nb::arg("threads") = 0,
         "Seconds of casting alone, without any copying, and the counters of the call.");
   m.def("edge_points", &edge_points, nb::arg("store"), nb::arg("per_edge") = 2,

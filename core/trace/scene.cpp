@@ -54,6 +54,8 @@ void Scene::cast_all(const Ray& ray, std::vector<Hit>& out) const {
   impl_->all_hits(ray, out);
 }
 
+bool Scene::near_edge(const Ray& ray) const { return impl_->near_edge(ray, ray.tmax); }
+
 void Scene::count_hits(std::span<const Ray> rays, std::span<std::int32_t> out, int threads) const {
   if (out.size() != rays.size()) throw ArgumentError("count_hits: out must be as long as rays");
   const auto work = [&](std::size_t begin, std::size_t end) {
