@@ -1,9 +1,9 @@
 #include "core/nurbs/shape_walk.h"
 
-#include <array>
-#include <bit>
-#include <map>
+#include <algorithm>
+#include <cmath>
 #include <unordered_map>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -21,7 +21,7 @@ bool bounds_area(Orientation o) { return o == Orientation::kForward || o == Orie
 
 class Walker {
  public:
-  Walker(const brep::Model& model) : model_(model) { walk_.transforms.push_back({}); }
+  Walker(const brep::Model& model) : model_(model) { transform_index({}); }
 
   Walk run(std::int32_t root) {
     visit(root, 0, false, -1, 0);
@@ -33,7 +33,7 @@ class Walker {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
   }
 
-  // Index of parent * location; equal products share an index, so that shapes reached by different ways meet.
+  // Index of parent * location.
   std::int32_t placed(std::int32_t parent, std::int32_t location) {
     if (location < 0) return parent;
     const auto [it, fresh] = products_.try_emplace(key(parent, location), 0);
@@ -41,15 +41,32 @@ class Walker {
     const Transform& a = walk_.transforms[parent];
     const Transform& b = model_.locations[location];
     const Transform product{a.linear * b.linear, a.linear * b.translation + a.translation};
-    std::array<std::uint64_t, 12> bits;
-    for (int i = 0; i < 12; ++i) {
-      const double x = i < 9 ? product.linear[i / 3][i % 3] : product.translation[i - 9];
-      // The last bits may differ between ways; -0 and 0 are the same.
-      bits[i] = x == 0.0 ? 0 : (std::bit_cast<std::uint64_t>(x) + 0x80) >> 8;
+    return it->second = transform_index(product);
+  }
+
+  // Products that only rounding tells apart (a placement times its inverse, two ways to one place) are one: else the
+  // shapes reached by these ways would not know each other.
+  std::int32_t transform_index(const Transform& product) {
+    const double x = product.translation.x;
+    const auto cell = std::isnan(x) ? 0 : static_cast<std::int64_t>(std::floor(std::clamp(x, -1e12, 1e12) * 0x1p20));
+    for (std::int64_t near = cell - 1; near <= cell + 1; ++near) {
+      const auto found = by_place_.find(near);
+      if (found == by_place_.end()) continue;
+      for (const std::int32_t i : found->second)
+        if (same_placement(walk_.transforms[i], product)) return i;
     }
-    const auto [known, added] = by_bits_.try_emplace(bits, static_cast<std::int32_t>(walk_.transforms.size()));
-    if (added) walk_.transforms.push_back(product);
-    return it->second = known->second;
+    const auto added = static_cast<std::int32_t>(walk_.transforms.size());
+    walk_.transforms.push_back(product);
+    by_place_[cell].push_back(added);
+    return added;
+  }
+
+  static bool same_placement(const Transform& a, const Transform& b) {
+    constexpr double kRounding = 1e-13;
+    const double length = std::max(glm::length(a.translation), 1.0);
+    bool same = glm::distance(a.translation, b.translation) <= kRounding * length;
+    for (int i = 0; i < 3; ++i) same &= glm::distance(a.linear[i], b.linear[i]) <= kRounding * glm::length(a.linear[i]);
+    return same;
   }
 
   void visit(std::int32_t shape, std::int32_t transform, bool reversed, std::int32_t shell, int depth) {
@@ -116,7 +133,7 @@ class Walker {
   const brep::Model& model_;
   Walk walk_;
   std::unordered_map<std::uint64_t, std::int32_t> products_, edges_, vertices_;
-  std::map<std::array<std::uint64_t, 12>, std::int32_t> by_bits_;
+  std::unordered_map<std::int64_t, std::vector<std::int32_t>> by_place_;  // x of the translation in cells of 2^-20 mm
   std::int64_t uses_ = 0;
 };
 
