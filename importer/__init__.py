@@ -1,7 +1,13 @@
 """Reads CAD files into BrepModel; the only part that knows OpenCascade.
 
-Importing this package does not import OCP: files are read in a child process.
+Importing this package does not import OCP: files are read in a child process. Nor does it import NumPy:
+the reader and its model are imported when first used, since a cached picture needs only the errors.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
 
 from .errors import (
     EmptyError,
@@ -13,8 +19,10 @@ from .errors import (
     TimeLimitError,
     UsageError,
 )
-from .model import BrepModel, Instance, TreeNode
-from .reader import read_model
+
+if TYPE_CHECKING:
+    from .model import BrepModel, Instance, TreeNode
+    from .reader import read_model
 
 __all__ = [
     "BrepModel",
@@ -30,3 +38,13 @@ __all__ = [
     "UsageError",
     "read_model",
 ]
+
+_HOME = {"BrepModel": "model", "Instance": "model", "TreeNode": "model", "read_model": "reader"}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
+    globals()[name] = value
+    return value
