@@ -44,11 +44,12 @@ struct RootLanes {
 };
 
 // Two reports of one root: a root on a knot line is found on both of its patches, one on a seam at both ends of
-// the period, one at a pole at any u, and the polished numbers may differ in their last bits. A surface cannot be
-// crossed twice in the same direction without being crossed back in between, so the face, the sign and t settle
-// it. diagonal: of the prototype, mm.
+// the period, one at a pole at any u, and the polished numbers may differ: by their last bits, or where the line
+// grazes one side of a crease, by what kLeafSlack is worth along it. A surface cannot be crossed twice in the same
+// direction without being crossed back in between, so the face, the sign and t settle it, of neighbours in the order
+// of t. diagonal: of the prototype, mm.
 inline bool same_root(const Root& a, const Root& b, double diagonal) {
-  return a.face == b.face && a.sign == b.sign && std::fabs(a.t - b.t) <= 1e-11 * diagonal + 1e-14 * std::fabs(a.t);
+  return a.face == b.face && a.sign == b.sign && std::fabs(a.t - b.t) <= 1e-9 * diagonal + 1e-14 * std::fabs(a.t);
 }
 
 class PatchSet {
