@@ -10,7 +10,8 @@ namespace trimray::trace {
 
 namespace {
 
-constexpr int kTile = 32;                              // px along each side: 1024 neighbouring rays a packet
+constexpr int kTile = 32;                // px along each side, a power of two
+constexpr std::size_t kRaysAtOnce = 512;  // of a tile, so that they stay in cache; more only where one pixel has more
 constexpr float kNeutral[4] = {0.79f, 0.81f, 0.84f, 1.0f};  // light steel
 
 constexpr double kOpaque = 1.0 - 1.0 / 512.0;  // what an 8-bit picture cannot tell from opaque
@@ -45,48 +46,91 @@ class Renderer {
   }
 
   void tile(int x0, int y0) {
-    const int x1 = std::min(x0 + kTile, frame_.width_px), y1 = std::min(y0 + kTile, frame_.height_px);
-    const std::size_t pixels = static_cast<std::size_t>(x1 - x0) * (y1 - y0);
-    std::vector<Ray> rays(pixels);
-    std::vector<Hit> hits(pixels);
-    std::vector<Light> light(options_.planes.color ? pixels : 0);
-    std::vector<Hit> layers;
-    const auto cast_at = [&](const dvec2& place) {
-      std::size_t i = 0;
-      for (int y = y0; y < y1; ++y) {
-        for (int x = x0; x < x1; ++x, ++i) {
-          const view::CameraRay r = options_.camera.ray(x + place.x, y + place.y);
-          rays[i] = {r.org, r.dir, 0.0, kInf};
-          hits[i] = {};
-        }
-      }
-      caster_.nearest(rays, hits);
-    };
+    std::vector<Pixel> pixels;
+    pixels.reserve(order_.size());
+    for (const Pixel& p : order_) {
+      if (x0 + p.x < frame_.width_px && y0 + p.y < frame_.height_px) pixels.push_back({x0 + p.x, y0 + p.y});
+    }
+    Rays rays;
     if (options_.planes.color) {
-      for (const dvec2& place : pattern_) {
-        cast_at(place);
-        std::size_t i = 0;
-        for (int y = y0; y < y1; ++y) {
-          const view::Color back = options_.background.at((y + place.y) / frame_.height_px);
-          for (int x = x0; x < x1; ++x, ++i) add(seen(rays[i], hits[i], back, layers), light[i]);
-        }
+      std::vector<view::Color> back;  // of all samples of a row of pixels, then of the next
+      for (int y = y0; y < std::min(y0 + kTile, frame_.height_px); ++y) {
+        for (const dvec2& place : pattern_) back.push_back(options_.background.at((y + place.y) / frame_.height_px));
       }
-      std::size_t i = 0;
-      for (int y = y0; y < y1; ++y) {
-        for (int x = x0; x < x1; ++x, ++i) write_color(x, y, light[i]);
-      }
+      for_portions(pixels, pattern_, rays, [&](std::span<const Pixel> portion) { color(portion, rays, y0, back); });
     }
-    if (!options_.planes.geometric()) return;
-    if (!options_.planes.color || pattern_.size() != 1) cast_at({0.5, 0.5});
-    std::size_t i = 0;
-    for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x, ++i) write_geometry(x, y, rays[i], hits[i]);
-    }
+    const bool seen_centres = options_.planes.color && pattern_.size() == 1;
+    if (!options_.planes.geometric() || seen_centres) return;
+    const std::vector<dvec2> centre{{0.5, 0.5}};
+    for_portions(pixels, centre, rays, [&](std::span<const Pixel> portion) { geometry(portion, rays); });
   }
 
   view::Frame take() { return std::move(frame_); }
 
  private:
+  struct Pixel {
+    int x = 0, y = 0;
+  };
+  // All rays of the first pixel, then all of the second.
+  struct Rays {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits, layers;
+  };
+
+  // The pixels of a tile along the Z-order curve: any 64 rays in a row, a packet, stay within a small square,
+  // with the samples of a pixel side by side.
+  static std::vector<Pixel> z_order() {
+    std::vector<Pixel> order(kTile * kTile);
+    for (int i = 0; i < kTile * kTile; ++i) {
+      for (int b = 0; (1 << b) < kTile; ++b) {
+        order[i].x |= ((i >> (2 * b)) & 1) << b, order[i].y |= ((i >> (2 * b + 1)) & 1) << b;
+      }
+    }
+    return order;
+  }
+
+  template <typename Use>
+  void for_portions(std::span<const Pixel> pixels, const std::vector<dvec2>& places, Rays& r, const Use& use) const {
+    const std::size_t most = std::max<std::size_t>(kRaysAtOnce / places.size(), 1);
+    for (std::size_t begin = 0; begin < pixels.size(); begin += most) {
+      const auto portion = pixels.subspan(begin, std::min(most, pixels.size() - begin));
+      r.rays.clear();
+      r.rays.reserve(portion.size() * places.size());
+      for (const Pixel& p : portion) {
+        for (const dvec2& place : places) {
+          const view::CameraRay ray = options_.camera.ray(p.x + place.x, p.y + place.y);
+          r.rays.push_back({ray.org, ray.dir, 0.0, kInf});
+        }
+      }
+      r.hits.assign(r.rays.size(), {});
+      caster_.nearest(r.rays, r.hits);
+      use(portion);
+    }
+  }
+
+  void color(std::span<const Pixel> pixels, Rays& r, int y0, std::span<const view::Color> back) {
+    const std::size_t samples = pattern_.size();
+    std::size_t i = 0;
+    Light last{dvec3(-1.0), -1.0};
+    float encoded[4];
+    for (const Pixel& p : pixels) {
+      Light light;
+      for (std::size_t s = 0; s < samples; ++s, ++i) {
+        add(seen(r.rays[i], r.hits[i], back[(p.y - y0) * samples + s], r.layers), light);
+      }
+      // Flat faces and backgrounds give equal light over and over: the encoding costs more than the asking.
+      if (light.rgb != last.rgb || light.alpha != last.alpha) encode(light, encoded);
+      last = light;
+      std::copy_n(encoded, 4, &frame_.color[4 * index(p.x, p.y)]);
+    }
+    if (pattern_.size() == 1) geometry(pixels, r);
+  }
+
+  void geometry(std::span<const Pixel> pixels, const Rays& r) {
+    if (!options_.planes.geometric()) return;
+    for (std::size_t i = 0; i < pixels.size(); ++i) write_geometry(pixels[i].x, pixels[i].y, r.rays[i], r.hits[i]);
+  }
+
   static void add(const Light& sample, Light& sum) { sum.rgb += sample.rgb, sum.alpha += sample.alpha; }
 
   const view::Color& color_of(const Hit& hit) const {
@@ -115,8 +159,8 @@ class Renderer {
 
   static double opacity(const view::Color& color) { return color.alpha >= kOpaque ? 1.0 : color.alpha; }
 
-  void write_color(int x, int y, const Light& sum) {
-    float* out = &frame_.color[4 * index(x, y)];
+  // The mean of a pixel's samples, given their sum.
+  void encode(const Light& sum, float out[4]) const {
     const double alpha = sum.alpha / static_cast<double>(pattern_.size());
     for (int c = 0; c < 3; ++c) {
       out[c] = sum.alpha > 0.0 ? static_cast<float>(view::srgb_from_linear(sum.rgb[c] / sum.alpha)) : 0.0f;
@@ -145,6 +189,7 @@ class Renderer {
   const RenderOptions& options_;
   view::Lighting lighting_;
   std::vector<dvec2> pattern_;
+  const std::vector<Pixel> order_ = z_order();
   view::Frame frame_;
   std::vector<view::Color> face_colors_, instance_colors_;
 };
