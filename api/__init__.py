@@ -20,7 +20,7 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .faces import Face, Instance
-    from .frame import AOVS, Frame
+    from .frame import Frame
     from .hits import Hits
     from .importer.errors import (
         EmptyError,
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from .loading import load
     from .model import Model
     from .report import Issue, Report
+    from .views import AOVS
 
 __all__ = [
     "AOVS",
@@ -63,7 +64,7 @@ _HOME = {
     "Face": "faces",
     "Instance": "faces",
     "Frame": "frame",
-    "AOVS": "frame",
+    "AOVS": "views",
     "Hits": "hits",
     "Report": "report",
     "Issue": "report",

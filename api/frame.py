@@ -9,10 +9,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from .importer.errors import UsageError
-from .views import choose
-
-AOVS = ("color", "depth", "position", "normal", "uv", "face", "instance")
+from .views import AOVS
 
 Plane = npt.NDArray[np.float32] | npt.NDArray[np.float64] | npt.NDArray[np.int32]
 
@@ -65,12 +62,3 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         from . import image_io
 
         image_io.save(self, path, format)
-
-
-def parse_aovs(aovs: object) -> tuple[str, ...]:
-    """Names of AOVS, each once, in the order of AOVS. Takes a sequence or "a,b". Raises UsageError."""
-    names = aovs.replace(" ", "").split(",") if isinstance(aovs, str) else list(aovs)  # type: ignore[call-overload]
-    if not names:
-        raise UsageError("aovs: nothing asked for")
-    asked = {choose("aov", name, AOVS) for name in names}
-    return tuple(name for name in AOVS if name in asked)

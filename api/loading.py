@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import base64
+import math
 import os
 import time
-from typing import Any, Literal
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _core, cache
+from .hierarchy import Hierarchy
 from .importer.errors import InputError
-from .model import Model, Progress
+
+if TYPE_CHECKING:
+    from .model import Model, Progress
 
 Heal = Literal["default", "off", "strict"]
 
@@ -26,6 +28,7 @@ def load(
     memory_limit: int | None = None,
     name: str | None = None,
     progress: Progress | None = None,
+    prepare: bool = False,
 ) -> Model:
     """Reads a model: STEP, IGES or BREP, also compressed, or a shape given in Python.
 
@@ -38,6 +41,7 @@ def load(
     precision: mm, below it points are taken as equal and IGES faces are sewn; by default the file's own.
     time_limit: seconds, memory_limit: bytes, of the child process that reads the file; none by default.
     progress: called with a stage and a fraction or None.
+    prepare: begin to make the model ready for rays at once, in the background, rather than at the first ray.
 
     A face that cannot be drawn is no error: see ``Model.report``. Raises InputError for what cannot be read,
     EmptyError where there is no face, TimeLimitError, MemoryLimitError, UsageError.
@@ -46,13 +50,13 @@ def load(
     limits = {"time_limit": time_limit, "memory_limit": memory_limit}
     path = path_or_shape
     if not isinstance(path, str | os.PathLike | bytes):
-        return _import(path, None, name, options, limits, progress)
+        return _import(path, None, name, options, limits, progress, prepare)
     data = path if isinstance(path, bytes) else _read(path)
     shown = name or (os.fsdecode(path) if not isinstance(path, bytes) else "<bytes>")
     if not cache or _refers_to_files(data):
-        return _import(path, None, name, options, limits, progress)
+        return _import(path, None, name, options, limits, progress, prepare)
     key = _cache.key(data, os.path.splitext(shown)[1], options)
-    return _from_cache(key, shown) or _import(path, key, name, options, limits, progress)
+    return _from_cache(key, shown, prepare) or _import(path, key, name, options, limits, progress, prepare)
 
 
 _cache = cache  # load's argument bears the module's name
@@ -84,19 +88,25 @@ def _refers_to_files(data: bytes) -> bool:
     return bool(StepText(data).external_files)
 
 
-def _from_cache(key: str, shown: str) -> Model | None:
+def _from_cache(key: str, shown: str, prepare: bool) -> Model | None:
     start = time.perf_counter()
     entry = cache.read(key)
     if entry is None:
         return None
     try:
-        store = _core.Store.load(entry.store)
+        hierarchy = Hierarchy(_core.Store.load(entry.store))
+        if prepare:
+            hierarchy.begin()
+        import numpy as np  # while the hierarchy is made
+
         bounds = np.array(entry.facts["bounds"], np.float64).reshape(2, 3)
         outline = np.frombuffer(base64.b64decode(entry.facts["outline"]), "<f8").reshape(-1, 3)
     except (_core.CoreError, KeyError, TypeError, ValueError):
         return None
     seconds = {**entry.facts.get("seconds", {}), "cache": time.perf_counter() - start}
-    return Model(store, seconds=seconds, extent=(bounds, outline), cached=True, source=shown)
+    from .model import Model
+
+    return Model(hierarchy, seconds=seconds, extent=(bounds, outline), cached=True, source=shown)
 
 
 def _import(
@@ -106,8 +116,10 @@ def _import(
     options: dict[str, Any],
     limits: dict[str, Any],
     progress: Progress | None,
+    prepare: bool,
 ) -> Model:
     from .importer import read_model
+    from .model import Model
 
     shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "")
     brep = read_model(source, name=name, progress=progress, **options, **limits)
@@ -130,7 +142,10 @@ def _import(
     except _core.CoreError as error:
         raise InputError(f"{shown or 'the model'}: {error}") from None
     seconds["store"] = time.perf_counter() - start
-    model = Model(store, seconds=seconds, source=shown)
+    hierarchy = Hierarchy(store)
+    if prepare:
+        hierarchy.begin()
+    model = Model(hierarchy, seconds=seconds, source=shown)
     if key is not None:
         start = time.perf_counter()
         bounds, outline = model._extent
@@ -140,6 +155,6 @@ def _import(
             "outline": base64.b64encode(outline.astype("<f8").tobytes()).decode(),
             "seconds": seconds,
         }
-        if np.isfinite(bounds).all():
+        if bool((abs(bounds) < math.inf).all()):
             cache.write(key, cache.Entry(facts, store.save()))
     return model

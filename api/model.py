@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from . import _core
 from .faces import Face, Faces, Instance, color_or_none
-from .frame import Frame, parse_aovs
+from .frame import Frame
+from .hierarchy import Hierarchy
 from .hits import Hits, Rays, check_rays
 from .importer.errors import EmptyError, UsageError
 from .report import Report, make_report
@@ -26,6 +27,7 @@ from .views import (
     Background,
     View,
     choose,
+    parse_aovs,
     parse_background,
     parse_samples,
     parse_size,
@@ -44,7 +46,7 @@ class Model:
 
     def __init__(
         self,
-        store: _core.Store,
+        hierarchy: Hierarchy,
         *,
         seconds: dict[str, float],
         extent: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None,
@@ -52,7 +54,8 @@ class Model:
         source: str = "",
     ) -> None:
         """source: what messages call the model, "" for "the model"."""
-        self._core = store
+        self._hierarchy = hierarchy
+        self._core = hierarchy.store
         self._source = source or "the model"
         self._seconds = seconds
         self._cached = cached
@@ -73,12 +76,9 @@ class Model:
         drawn."""
         return self._core.extent()
 
-    @cached_property
+    @property
     def _scene(self) -> _core.Scene:
-        start = time.perf_counter()
-        scene = _core.Scene(self._core)
-        self._seconds["hierarchy"] = time.perf_counter() - start
-        return scene
+        return self._hierarchy.scene()
 
     @property
     def bounds(self) -> npt.NDArray[np.float64]:
@@ -156,8 +156,11 @@ class Model:
         """What became of the file's faces, seconds per stage, peak memory."""
         undrawn = [i for i, status in enumerate(self._core.face_statuses()) if status != "ok"]
         source = self._meta.get("report", {})
+        seconds = dict(self._seconds)
+        if self._hierarchy.seconds is not None:
+            seconds["hierarchy"] = self._hierarchy.seconds
         return make_report(
-            (self.faces[i] for i in undrawn), self._core.face_count, source, dict(self._seconds), self._cached
+            (self.faces[i] for i in undrawn), self._core.face_count, source, seconds, self._cached
         )
 
     def cast(

@@ -25,6 +25,7 @@ VIEWS: dict[str, tuple[float, float]] = {
 UP_AXES = {"x": "X", "y": "Y", "z": "Z", "-x": "MINUS_X", "-y": "MINUS_Y", "-z": "MINUS_Z"}
 PROJECTIONS = ("orthographic", "perspective")
 MODES = ("standard", "reference")
+AOVS = ("color", "depth", "position", "normal", "uv", "face", "instance")
 MAX_SIZE_PX = 32768
 MAX_SAMPLES = 1024
 
@@ -105,6 +106,15 @@ def parse_samples(samples: int | str) -> int:
     if not 1 <= count <= MAX_SAMPLES:
         raise UsageError(f"samples: '{samples}' is not a whole number from 1 to {MAX_SAMPLES}")
     return count
+
+
+def parse_aovs(aovs: object) -> tuple[str, ...]:
+    """Names of AOVS, each once, in the order of AOVS. Takes a sequence or "a,b". Raises UsageError."""
+    names = aovs.replace(" ", "").split(",") if isinstance(aovs, str) else list(aovs)  # type: ignore[call-overload]
+    if not names:
+        raise UsageError("aovs: nothing asked for")
+    asked = {choose("aov", name, AOVS) for name in names}
+    return tuple(name for name in AOVS if name in asked)
 
 
 def parse_background(background: Background) -> tuple[Rgba, Rgba]:

@@ -8,6 +8,8 @@ import sys
 
 def main(arguments: list[str] | None = None) -> int:
     """Returns the exit code. arguments: without the program's name; by default the process's own."""
+    # NumPy's BLAS would start a thread a core, which costs more than all of NumPy that is used here.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import click
 
     from .app import app

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 
 from trimray import OutputError, UsageError
-from trimray.image_io import format_of
+from trimray.formats import format_of
 
 _PACKED = (".gz", ".z", ".zip")
 _EXTENSION = {"jpeg": "jpg", "tiff": "tif"}

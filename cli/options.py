@@ -54,7 +54,7 @@ def _background(text: str) -> object:
 
 
 def _aov(text: str) -> object:
-    from trimray.frame import parse_aovs
+    from trimray.views import parse_aovs
 
     parse_aovs(text)
     return text
@@ -67,7 +67,7 @@ def _up(text: str) -> object:
 
 
 def _format(text: str) -> object:
-    from trimray.image_io import format_of
+    from trimray.formats import format_of
 
     return format_of("", text)
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 import json
 import sys
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from trimray import Error, Model, Report, TimeLimitError, UsageError, load
-from trimray.frame import parse_aovs
-from trimray.image_io import check_fit, encode, write_file
-from trimray.views import parse_background
+from trimray import Error, TimeLimitError, UsageError, load
+from trimray.formats import check_fit
+from trimray.views import parse_aovs, parse_background
 
 from .files import Job, plan
 from .output import say, write_stdout
 from .progress import Sink, progress_of
+
+if TYPE_CHECKING:
+    from trimray import Model, Report
 
 # Lines about missing faces on stderr, an input; the report names all.
 _MAX_NAMED = 20
@@ -50,12 +52,11 @@ def _one(job: Job, aovs: tuple[str, ...], options: dict[str, Any]) -> dict[str, 
     """What became of one input, for the report. Never raises for an input's sake."""
     result: dict[str, Any] = {"input": job.source, "output": job.target, "format": job.format, "error": None}
     start = time.perf_counter()
+    model: Model | None = None
     try:
         with progress_of(job.name, options["progress"], options["quiet"]) as progress:
-            model = read(job.source, job.name, options, progress)
-            result["report"] = model.report.as_dict()
+            model = read(job.source, job.name, options, progress, prepare=True)
             _draw(model, job, aovs, options, progress, start)
-        result["report"] = model.report.as_dict()
         result["exit_code"] = _tell(job, model, options, time.perf_counter() - start)
     except Error as error:
         text = str(error)
@@ -63,12 +64,14 @@ def _one(job: Job, aovs: tuple[str, ...], options: dict[str, Any]) -> dict[str, 
             text = f"{job.name}: {text}"
         say(text, error=True)
         result["error"], result["exit_code"] = text, error.exit_code
+    if options["report"] and model is not None:
+        result["report"] = model.report.as_dict()
     result["seconds"] = round(time.perf_counter() - start, 6)
     return result
 
 
-def read(source: str, name: str, options: dict[str, Any], progress: Sink) -> Model:
-    """The model of a path or of stdin, under the options of the table."""
+def read(source: str, name: str, options: dict[str, Any], progress: Sink, prepare: bool = False) -> Model:
+    """The model of a path or of stdin, under the options of the table. prepare: it will be drawn."""
     data: str | bytes = sys.stdin.buffer.read() if source == "-" else source
     return load(
         data,
@@ -79,6 +82,7 @@ def read(source: str, name: str, options: dict[str, Any], progress: Sink) -> Mod
         memory_limit=options["memory_limit"],
         name=name,
         progress=progress,
+        prepare=prepare,
     )
 
 
@@ -86,6 +90,9 @@ def _draw(
     model: Model, job: Job, aovs: tuple[str, ...], options: dict[str, Any], progress: Sink, start: float
 ) -> None:
     """start: of the input's work, on the clock of perf_counter."""
+    from trimray.image_io import encode, preload, write_file
+
+    preload()
     limit: float | None = options["time_limit"]
     left = None if limit is None else limit - (time.perf_counter() - start)
     if left is not None and left <= 0:
@@ -156,4 +163,6 @@ def _write_report(path: str, results: list[dict[str, Any]]) -> None:
     if path == "-":
         write_stdout(data)
     else:
+        from trimray.image_io import write_file
+
         write_file(path, data.encode("utf-8", "surrogateescape"))

@@ -7,8 +7,7 @@ import math
 import pytest
 
 from trimray import UsageError
-from trimray.frame import parse_aovs
-from trimray.views import VIEWS, parse_background, parse_samples, parse_size, parse_view
+from trimray.views import VIEWS, parse_aovs, parse_background, parse_samples, parse_size, parse_view
 
 
 def test_named_views() -> None:
