@@ -1,7 +1,8 @@
 """From an XCAF document to a Scene: tree, instances, names, colours.
 
 Colours follow OCCT's rule: what stands deeper in the tree wins, a component's own colour wins over its
-part's, and a surface colour over a generic one. Curve colours do not colour surfaces.
+part's, and a surface colour over a generic one. A colour given to one occurrence deep in the tree (STEP's
+overriding styles of a specified higher usage) wins over all of these. Curve colours do not colour surfaces.
 """
 
 from OCP.Quantity import Quantity_ColorRGBA
@@ -34,14 +35,24 @@ def read_document(document: TDocStd_Document) -> tuple[Scene, int]:
 class _Walk:
     def __init__(self, document: TDocStd_Document) -> None:
         self.shapes: XCAFDoc_ShapeTool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+        self.colors: XCAFDoc_ColorTool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
         self.scene = Scene()
         self.without_faces = 0
         self._parts: dict[str, int] = {}  # by label entry; -1: no face in it
 
     def visit(
-        self, label: TDF_Label, *, parent: int, placement: TopLoc_Location, inherited: Color | None
+        self,
+        label: TDF_Label,
+        *,
+        parent: int,
+        placement: TopLoc_Location,
+        inherited: Color | None,
+        overridden: bool = True,
     ) -> None:
-        """label: a free shape, or a component of an assembly (a reference with a location)."""
+        """label: a free shape, or a component of an assembly (a reference with a location).
+
+        overridden: every component so far says that styles of single occurrences pass through it.
+        """
         target = label
         local = TopLoc_Location()
         name = _name(label)
@@ -52,6 +63,7 @@ class _Walk:
                 return
             local = XCAFDoc_ShapeTool.GetLocation_s(label)
             component_color = self._color(label)
+            overridden = overridden and label.HasChild()
             name = name or _name(target)
         if XCAFDoc_ShapeTool.IsAssembly_s(target):
             placement = placement.Multiplied(local)
@@ -60,15 +72,19 @@ class _Walk:
             components = TDF_LabelSequence()
             XCAFDoc_ShapeTool.GetComponents_s(target, components)
             for component in components:
-                self.visit(component, parent=node, placement=placement, inherited=color)
+                self.visit(
+                    component, parent=node, placement=placement, inherited=color, overridden=overridden
+                )
             return
         shape = XCAFDoc_ShapeTool.GetShape_s(target)
         part = self._part(target, shape)
         if part < 0:
             self.without_faces += 1
             return
-        local = local.Multiplied(shape.Location())
         color = component_color
+        if overridden and parent >= 0:
+            color = self._occurrence_color(shape.Moved(placement.Multiplied(local))) or color
+        local = local.Multiplied(shape.Location())
         if color is None and self.scene.parts[part].color is None:
             color = inherited
         node = self.scene.add_node(name, parent, local)
@@ -119,9 +135,21 @@ class _Walk:
         for kind in _SURFACE_COLORS:
             color = Quantity_ColorRGBA()
             if XCAFDoc_ColorTool.GetColor_s(label, kind, color):
-                rgb = color.GetRGB()
-                return rgb.Red(), rgb.Green(), rgb.Blue(), color.Alpha()
+                return _linear(color)
         return None
+
+    def _occurrence_color(self, shape: TopoDS_Shape) -> Color | None:
+        """shape: a part at its place in the world, by which OCCT finds the occurrence."""
+        for kind in _SURFACE_COLORS:
+            color = Quantity_ColorRGBA()
+            if self.colors.GetInstanceColor(shape, kind, color):
+                return _linear(color)
+        return None
+
+
+def _linear(color: Quantity_ColorRGBA) -> Color:
+    rgb = color.GetRGB()
+    return rgb.Red(), rgb.Green(), rgb.Blue(), color.Alpha()
 
 
 def _name(label: TDF_Label) -> str:

@@ -18,7 +18,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
-from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
+from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 from trimray.importer import occt
 
@@ -91,6 +91,16 @@ class Document:
 
     def color(self, label: TDF_Label, color: Quantity_ColorRGBA, kind: XCAFDoc_ColorType = kSurf) -> None:
         self.colors.SetColor(label, color, kind)
+
+    def color_occurrence(
+        self, components: list[TDF_Label], part: TDF_Label, color: Quantity_ColorRGBA
+    ) -> None:
+        """components: from the top assembly down to the reference to the part."""
+        place = TopLoc_Location()
+        for component in components:
+            place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(component))
+        shape = XCAFDoc_ShapeTool.GetShape_s(part).Moved(place)
+        assert self.colors.SetInstanceColor(shape, kSurf, color)
 
     def write(self, path: Path, *, unit: str = "MM") -> Path:
         self.shapes.UpdateAssemblies()

@@ -121,6 +121,27 @@ def test_component_color_goes_to_its_instance_only(read_here, tmp_path):
     assert model.prototype_colors[0] == pytest.approx([0.2, 0.2, 0.2, 1], abs=2e-6)
 
 
+def test_color_of_one_occurrence_overrides_all_others(read_here, tmp_path):
+    document = make.Document()
+    bolt = document.part(make.cylinder(), "bolt")
+    document.color(bolt, make.rgba(0.2, 0.2, 0.2))
+    pair = document.assembly("pair")
+    left = document.component(pair, bolt, make.moved(100), "left")
+    document.component(pair, bolt, make.moved(0, 50), "right")
+    top = document.assembly("top")
+    document.component(top, pair, make.moved(0, 0, 7), "pair_1")
+    second = document.component(top, pair, make.moved(0, 0, 9), "pair_2")
+    document.shapes.UpdateAssemblies()
+    document.color_occurrence([second, left], bolt, make.rgba(1, 0, 0))
+    path = document.write(tmp_path / "top.step")
+    assert "OVER_RIDING_STYLED_ITEM" in path.read_text()
+    model = read_here(path)
+    colors = {instance.path[1:]: model.instance_colors[i] for i, instance in enumerate(model.instances)}
+    assert colors.pop(("pair_2", "left")) == pytest.approx([1, 0, 0, 1], abs=2e-6)
+    assert len(colors) == 3 and all(color[0] < 0 for color in colors.values())
+    assert model.prototype_colors[0] == pytest.approx([0.2, 0.2, 0.2, 1], abs=2e-6)
+
+
 def test_names_in_unicode_survive(read_here, tmp_path):
     document = make.Document()
     document.part(make.box(), "Schraube ø5 杯头")
