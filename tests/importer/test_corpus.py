@@ -11,6 +11,7 @@ from trimray.importer import EmptyError
 _OURS = {"stepcode+stepcode/TAIL.stp": 60, "vrsys+gpucast/teapot.igs": 32}
 
 
+@pytest.mark.corpus
 @pytest.mark.skipif(
     conftest.models_folder() is None, reason="TRIMRAY_MODELS does not name a folder with a MANIFEST.tsv"
 )
