@@ -39,6 +39,7 @@ nb::typed<nb::dict, nb::str, nb::any> measure_cast(const trace::Scene& scene, co
   d["nodes"] = stats.nodes, d["leaves"] = stats.leaves, d["newton_steps"] = stats.newton_steps;
   d["certified"] = stats.certified, d["fallbacks"] = stats.fallbacks;
   d["trim_tests"] = stats.trim_tests, d["edge_rays"] = stats.edge_rays;
+  d["given_up"] = stats.given_up;
   return d;
 }
 

@@ -10,6 +10,12 @@
 
 namespace trimray::trace {
 
+namespace {
+thread_local std::uint64_t given_up = 0;
+}
+
+std::uint64_t searches_given_up() { return given_up; }
+
 PatchSet::PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm,
                    int threads)
     : impl_(std::make_unique<Impl>()) {
@@ -70,6 +76,7 @@ bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& o
     root.sign = glm::dot(root.normal, ray.dir) > 0.0 ? 1 : -1;
     out.push_back(root);
   }
+  given_up += stats.exhausted;
   return !stats.exhausted;
 }
 

@@ -52,6 +52,9 @@ inline bool same_root(const Root& a, const Root& b, double diagonal) {
   return a.face == b.face && a.sign == b.sign && std::fabs(a.t - b.t) <= 1e-9 * diagonal + 1e-14 * std::fabs(a.t);
 }
 
+// How often all_roots() has returned false on this thread: callers count by the difference.
+std::uint64_t searches_given_up();
+
 class PatchSet {
  public:
   // Patches of all faces of one prototype that need them: kExtrusion, kRevolution, kBezier, kBspline, kOffset.

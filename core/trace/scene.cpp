@@ -15,7 +15,7 @@ constexpr std::size_t kPacketsPerTask = 16;
 void add(TraceStats& sum, const TraceStats& s) {
   sum.rays += s.rays, sum.nodes += s.nodes, sum.leaves += s.leaves, sum.newton_steps += s.newton_steps;
   sum.certified += s.certified, sum.fallbacks += s.fallbacks, sum.trim_tests += s.trim_tests;
-  sum.edge_rays += s.edge_rays;
+  sum.edge_rays += s.edge_rays, sum.given_up += s.given_up;
 }
 
 }  // namespace
@@ -34,12 +34,14 @@ void Scene::cast(std::span<const Ray> rays, std::span<Hit> out, int threads, Tra
   const std::size_t packets = (rays.size() + kPacketSize - 1) / kPacketSize;
   const auto work = [&](std::size_t begin, std::size_t end) {
     TraceStats counters;
+    const std::uint64_t before = searches_given_up();
     for (std::size_t p = begin; p < end; ++p) {
       const std::size_t first = p * kPacketSize,
                         count = std::min<std::size_t>(kPacketSize, rays.size() - first);
       impl_->nearest(rays.subspan(first, count), out.subspan(first, count), counters);
     }
     if (stats == nullptr) return;
+    counters.given_up = searches_given_up() - before;
     const std::scoped_lock lock(mutex);
     add(*stats, counters);
   };

@@ -15,10 +15,12 @@ namespace trimray::trace {
 struct TraceStats {
   std::uint64_t rays = 0, nodes = 0, leaves = 0, newton_steps = 0, certified = 0, fallbacks = 0,
                 trim_tests = 0, edge_rays = 0;
+  std::uint64_t given_up = 0;  // searches for roots that ended early: rays that lie in a surface may miss it
 };
 
 struct SceneStats {
   std::int64_t bytes = 0, leaf_boxes = 0;
+  std::int64_t refused_patches = 0;  // missing, a weight not being positive
   double build_seconds = 0.0;
 };
 

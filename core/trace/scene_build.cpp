@@ -140,6 +140,7 @@ Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads)
                    static_cast<std::int64_t>(p->closed_leaves.size() * sizeof(ClosedLeaf) +
                                              p->primitives.size() * sizeof(ScenePrimitive));
     stats.leaf_boxes += static_cast<std::int64_t>(p->primitives.size());
+    stats.refused_patches += p->patches.refused();
   }
   stats.build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
