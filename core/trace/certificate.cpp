@@ -33,21 +33,30 @@ struct LocalNet {
     double factor = 1.0;
     for (int k = 0; k < a; ++k) factor *= (du - k) * per_half;
     for (int k = 0; k < b; ++k) factor *= (dv - k) * per_half;
+    double t2 = 0.0;
     for (int i = 0; i + a <= du; ++i)
       for (int j = 0; j + b <= dv; ++j) {
-        const dvec4 d = factor * difference(i, j, a, b);
+        const dvec4 d = difference(i, j, a, b);
         const double n = glm::dot(xyz(d), normal);
-        e.t = std::max(e.t, glm::length(xyz(d) - n * normal));
+        const dvec3 t = xyz(d) - n * normal;
+        t2 = std::max(t2, glm::dot(t, t));
         e.n = std::max(e.n, std::fabs(n));
         e.w = std::max(e.w, std::fabs(d.w));
       }
+    e.t = factor * std::sqrt(t2), e.n *= factor, e.w *= factor;
     return e;
   }
 
+  // a + b <= 2.
   dvec4 difference(int i, int j, int a, int b) const {
-    if (a > 0) return difference(i + 1, j, a - 1, b) - difference(i, j, a - 1, b);
-    if (b > 0) return difference(i, j + 1, a, b - 1) - difference(i, j, a, b - 1);
-    return at(i, j);
+    const dvec4* x = p + i * (dv + 1) + j;
+    const int row = dv + 1;
+    if (a == 0 && b == 0) return x[0];
+    if (a == 1 && b == 0) return x[row] - x[0];
+    if (a == 0 && b == 1) return x[1] - x[0];
+    if (a == 1 && b == 1) return (x[row + 1] - x[row]) - (x[1] - x[0]);
+    if (a == 2) return (x[2 * row] - x[row]) - (x[row] - x[0]);
+    return (x[2] - x[1]) - (x[1] - x[0]);
   }
 };
 
@@ -102,11 +111,11 @@ void normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], con
     };
     const dvec3 n = glm::cross(corner(box[0], k & 7), corner(box[1], k >> 3));
     if (!(n.z > 0.0)) return;
-    worst = std::max(worst, std::hypot(n.x, n.y) / n.z);
+    worst = std::max(worst, (n.x * n.x + n.y * n.y) / (n.z * n.z));
     const double along_b = -n.x / by, along_a = n.y - along_b * bx;  // n x b is (-by, bx)
     tilt_a = std::max(tilt_a, std::fabs(along_a) / n.z), tilt_b = std::max(tilt_b, std::fabs(along_b) / n.z);
   }
-  proof.sine = worst / std::hypot(1.0, worst) + 1e-6;
+  proof.sine = std::sqrt(worst / (1.0 + worst)) + 1e-6;  // worst: the tangent squared
   proof.tilt_a = tilt_a + 1e-6, proof.tilt_b = tilt_b + 1e-6;
 }
 
