@@ -65,6 +65,8 @@ _cache = cache  # load's argument bears the module's name
 def _read(path: str | os.PathLike[str]) -> bytes:
     """A file's bytes; whatever is no readable regular file is an InputError."""
     shown = os.fsdecode(path)
+    if not shown:
+        raise InputError("the path of the input is empty")
     try:
         if os.path.isdir(path):
             raise InputError(f"{shown}: is a directory")

@@ -30,6 +30,8 @@ def plan(inputs: tuple[str, ...], output: str | None, format: str | None) -> lis
     """One job an input. Raises UsageError, and OutputError when the folder to write to is missing."""
     if output is None:
         raise UsageError("missing output: give -o OUT, or -o - for stdout")
+    if any("\0" in path for path in (*inputs, output)):
+        raise UsageError("a path holds a NUL byte")
     if inputs.count("-") > 1:
         raise UsageError("stdin can be read once only")
     folder = output.endswith("/") or os.path.isdir(output)

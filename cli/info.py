@@ -11,7 +11,7 @@ from trimray.faces import Color
 
 from .output import say, write_stdout
 from .progress import progress_of
-from .render import exit_code, read, tell_problems
+from .render import exit_code, read, tell_damage, tell_problems
 
 
 def run(inputs: tuple[str, ...], **options: Any) -> int:
@@ -34,7 +34,7 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
         if not options["json"]:
             write_stdout(("\n" if len(codes) else "") + as_text(about))
             tell_problems(name, model.report.reasons(), "--json")
-        codes.append(0 if model.report.complete else 1)
+        codes.append(0 if tell_damage(name, model.report) and model.report.complete else 1)
     if options["json"]:
         data = facts[0] if len(inputs) == 1 else facts
         write_stdout(json.dumps(data, indent=2, ensure_ascii=False) + "\n")

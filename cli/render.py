@@ -131,10 +131,8 @@ def _tell(job: Job, model: Model, options: dict[str, Any], seconds: float) -> in
         for stage, value in report.seconds.items():
             say(f"{job.name}: {stage} {value:.3f} s")
         _tell_remarks(job.name, report, notes=options["verbose"] > 1)
-    if report.complete:
-        return 0
     tell_problems(job.name, report.reasons(), "--report FILE")
-    return 1
+    return 0 if tell_damage(job.name, report) and report.complete else 1
 
 
 def _tell_remarks(name: str, report: Report, notes: bool) -> None:
@@ -146,6 +144,16 @@ def _tell_remarks(name: str, report: Report, notes: bool) -> None:
     for (severity, kind, reason), entities in groups.items():
         others = f" and {len(entities) - 1} others" if len(entities) > 1 else ""
         say(f"{name}: {severity}: {entities[0]}{others} ({kind}): {reason}")
+
+
+def tell_damage(name: str, report: Report) -> bool:
+    """One line where the file's text is damaged, since what was read of it may not be what was meant. True
+    when it is sound."""
+    damage = [issue for issue in report.issues if issue.kind == "syntax"]
+    if damage:
+        more = f" and {len(damage) - 1} more" if len(damage) > 1 else ""
+        say(f"{name}: the file is damaged and may be meant otherwise: {damage[0].reason}{more}")
+    return not damage
 
 
 def tell_problems(name: str, reasons: list[str], option: str) -> None:
