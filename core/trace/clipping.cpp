@@ -21,6 +21,8 @@ constexpr double kOverlap = 0.0625;  // of the width, on every side
 constexpr double kMinWidth = 1.0 / (1 << 29);
 constexpr double kMinWidthAtPole = kMinWidth / (1 << 13);
 
+constexpr int kMaxUnresolved = 64;
+
 struct ClipBox {
   SubDomain core;
 };
@@ -62,6 +64,8 @@ class Search {
       ClipBox low = box, high = box;
       if (examine(box, low, high) && top + 2 <= 256) stack[top++] = high, stack[top++] = low;
     }
+    // A tangent line leaves a few tiny boxes; more of them mean that the line lies in the surface.
+    stats_.exhausted = stats_.exhausted || stats_.unresolved > kMaxUnresolved;
     return stats_;
   }
 

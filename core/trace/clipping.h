@@ -14,7 +14,7 @@ namespace trimray::trace {
 struct ClipStats {
   int boxes = 0;       // examined
   int unresolved = 0;  // too small to split further: roots closer than rounding, dropped
-  bool exhausted = false;
+  bool exhausted = false;  // given up: roots may be missing
 };
 
 // Boxes examined before a search is given up: a ray that lies in the surface.
