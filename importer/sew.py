@@ -8,9 +8,14 @@ from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS, TopoDS_Shape, TopoDS_Solid
 from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
+from .cut_edges import cut_edges
+from .match_edges import join_matching_edges
 from .occt import faces_of
 from .report import Report
 from .scene import Part
+
+# Beyond so many free edges OpenCascade's sewing takes seconds, and most of them are joined before it.
+_MANY_FREE_EDGES = 1000
 
 
 def sew_part(part: Part, tolerance: float, report: Report) -> None:
@@ -19,18 +24,22 @@ def sew_part(part: Part, tolerance: float, report: Report) -> None:
     tolerance: mm. Parts whose edges are already shared are left alone.
     """
     faces = list(faces_of(part.shape))
-    if len(faces) < 2 or not _has_free_edges(part.shape):
+    free_edges = _count_free_edges(part.shape)
+    if len(faces) < 2 or free_edges == 0:
         return
     sewing = BRepBuilderAPI_Sewing(tolerance)
-    for face in faces:
-        sewing.Add(face)
     try:
+        prepared = faces
+        if free_edges > _MANY_FREE_EDGES:
+            prepared = join_matching_edges(cut_edges(faces, tolerance), tolerance)
+        for face in prepared:
+            sewing.Add(face)
         sewing.Perform()
         sewn = sewing.SewedShape()
     except Exception as error:  # whatever OpenCascade throws: the faces are good without it
         report.add("", "sewing", f"{part.name}: left unsewn: {type(error).__name__}: {error}", "warning")
         return
-    images = [sewing.ModifiedSubShape(face) for face in faces]
+    images = [sewing.ModifiedSubShape(face) for face in prepared]
     arrived = faces_of(sewn)
     if arrived.Extent() != len(faces) or not all(arrived.Contains(image) for image in images):
         reason = f"sewing within {tolerance:g} mm would leave {arrived.Extent()} of {len(faces)} faces"
@@ -46,14 +55,14 @@ def _key(face: TopoDS_Shape) -> object:
     return face.TShape()
 
 
-def _has_free_edges(shape: TopoDS_Shape) -> bool:
+def _count_free_edges(shape: TopoDS_Shape) -> int:
     users = TopTools_IndexedDataMapOfShapeListOfShape()
     TopExp.MapShapesAndAncestors_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, users)
-    for index in range(1, users.Extent() + 1):
-        edge = TopoDS.Edge_s(users.FindKey(index))
-        if users.FindFromIndex(index).Extent() == 1 and not BRep_Tool.Degenerated_s(edge):
-            return True
-    return False
+    return sum(
+        users.FindFromIndex(index).Extent() == 1
+        and not BRep_Tool.Degenerated_s(TopoDS.Edge_s(users.FindKey(index)))
+        for index in range(1, users.Extent() + 1)
+    )
 
 
 def _turned_outward(shape: TopoDS_Shape) -> TopoDS_Shape:
