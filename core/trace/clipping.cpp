@@ -40,6 +40,14 @@ bool excludes(const dvec2* f, int count, const dvec2& l, double noise) {
   return lo > limit || hi < -limit;
 }
 
+// Does the whole net lie on the line through the origin that is normal to l?
+bool on_line(const dvec2* f, int count, const dvec2& l, double noise) {
+  const double limit = 4.0 * noise * (std::fabs(l.x) + std::fabs(l.y));
+  for (int k = 0; k < count; ++k)
+    if (!(std::fabs(glm::dot(f[k], l)) <= limit)) return false;
+  return true;
+}
+
 class Search {
  public:
   Search(const Patch& patch, const PatchPool& pool, const LeafBound& leaf, const Ray& ray,
@@ -109,6 +117,12 @@ class Search {
 
     if (unique(f, a, b) && settle(c, wide, f, a, b)) return false;
 
+    // A flat part seen edge on: the line lies in it, and crosses it nowhere.
+    const dvec2 longer = glm::dot(a, a) > glm::dot(b, b) ? a : b;
+    if (longer != dvec2(0.0) && on_line(f, count_, across(longer), noise_)) {
+      ++stats_.unresolved;
+      return false;
+    }
     // Split where the net is longer.
     double long_u = 0.0, long_v = 0.0;
     for (int j = 0; j <= dv_; ++j) {

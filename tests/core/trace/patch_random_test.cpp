@@ -267,13 +267,44 @@ TEST(PatchSolve, GrazingLinesAreProvenToMiss) {
   EXPECT_GT(proven, 0.95 * misses);
 }
 
-TEST(PatchSearch, ARayInsideTheSurfaceEnds) {
-  Net net{3, 3, {}};
-  for (int i = 0; i <= 3; ++i)
-    for (int j = 0; j <= 3; ++j) net.h.push_back(dvec4(i / 3.0, j / 3.0, 0.0, 1.0));
+// Counts the leaves whose search is given up.
+int given_up(const PatchSet& set, const Ray& ray, std::size_t& roots) {
+  int count = 0;
+  std::vector<Root> found;
+  for (std::size_t k = 0; k < set.leaves().size(); ++k) count += !set.all_roots(static_cast<std::int32_t>(k), ray, found);
+  for (const Root& r : found) EXPECT_TRUE(std::isfinite(r.t));
+  roots = found.size();
+  return count;
+}
+
+TEST(PatchSearch, ARayInsideAFlatPatchCrossesItNowhere) {
+  std::mt19937 rng(15);
+  for (const bool rational : {false, true}) {
+    Net net = random_net(rng, 3, 3, 0.0, rational);
+    const Made made(as_face(net));
+    std::size_t roots = 0;
+    EXPECT_EQ(given_up(made.set, {{-1.0, 0.4, 0.0}, glm::normalize(dvec3(1.0, 0.1, 0.0))}, roots), 0);
+    EXPECT_EQ(roots, 0u);
+  }
+}
+
+TEST(PatchSearch, ARayInsideACurvedPatchEndsAndSaysSo) {
+  // z = x y over the square turned by 45 degrees: no ruling runs along u or v, and x = 0.37 is one.
+  Net net{2, 2, {}};
+  const auto at = [](double s, double t) { return dvec2(0.5 + (s - t) / 2, (s + t) / 2); };
+  for (int i = 0; i <= 2; ++i)
+    for (int j = 0; j <= 2; ++j) {
+      const dvec2 p = at(i / 2.0, j / 2.0);
+      // Blossom of x y: with x = 1/2 + (s - t) / 2 and y = (s + t) / 2, x y = (s + t) / 4 + (s^2 - t^2) / 4.
+      const double ss = i == 2 ? 1.0 : 0.0, tt = j == 2 ? 1.0 : 0.0;
+      net.h.push_back(dvec4(p.x, p.y, (i / 2.0 + j / 2.0) / 4 + (ss - tt) / 4, 1.0));
+    }
   const Made made(as_face(net));
-  const std::vector<Root> roots = every_root(made.set, {{-1.0, 0.4, 0.0}, glm::normalize(dvec3(1.0, 0.1, 0.0))}, 1.5);
-  for (const Root& r : roots) EXPECT_TRUE(std::isfinite(r.t));
+  const double x = 0.37;
+  EXPECT_NEAR(point(net, 0.3, 0.6).z, point(net, 0.3, 0.6).x * point(net, 0.3, 0.6).y, 1e-15);
+  const dvec3 d = glm::normalize(dvec3(0.0, 1.0, x));
+  std::size_t roots = 0;
+  EXPECT_GT(given_up(made.set, {dvec3(x, 0.0, 0.0) - 2.0 * d, d}, roots), 0);
 }
 
 }  // namespace
