@@ -1,0 +1,105 @@
+"""The manual, made from the table of options: `python -m trimray.cli.manual table|man`.
+
+The table stands in docs/cli.md between its two marks, the manual page is docs/trimray.1; a test keeps both
+current.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from .options import OPTIONS, Option
+
+EXIT_CODES = (
+    (0, "complete"),
+    (1, "done, but some faces could not be drawn, the file is damaged, or some inputs of several failed"),
+    (2, "wrong usage"),
+    (3, "input unreadable, or without a face that can be drawn"),
+    (4, "output not written"),
+    (5, "time or memory limit reached"),
+    (70, "internal error"),
+    (130, "interrupted"),
+)
+_COMMANDS = (
+    ("render IN... -o OUT", "Draw each IN to OUT. Faces that cannot be drawn are named on stderr."),
+    ("info IN... [--json]", "Say what is in each IN."),
+    ("doctor", "Check that everything trimray needs is there and works."),
+    ("completion bash|zsh|fish", "Print a completion script."),
+    ("--version", "Print versions."),
+)
+
+
+def options_table() -> str:
+    """Markdown: flag, where it may be set, default, meaning."""
+    lines = ["| option | of | default | meaning |", "|---|---|---|---|"]
+    for option in OPTIONS:
+        flags = ", ".join(f"`{flag}`" for flag in _flags(option)).replace("|", "\\|")
+        values = f": one of `{' '.join(option.choices)}`" if option.choices else ""
+        only = "" if option.config else " Not in the configuration file."
+        text = f"{option.help.rstrip('.')}{values}.{only}".replace("|", "\\|")
+        lines.append(f"| {flags} | {', '.join(option.commands)} | {_default(option)} | {text} |")
+    return "\n".join(lines) + "\n"
+
+
+def man_page() -> str:
+    """The manual page in man(7) macros."""
+    lines = [
+        '.TH TRIMRAY 1 "" "trimray" "User Commands"',
+        ".SH NAME",
+        "trimray \\- exact pictures of STEP and IGES files",
+        ".SH SYNOPSIS",
+    ]
+    for usage, about in _COMMANDS:
+        lines += [".TP", f".B trimray {_roff(usage)}", _roff(about)]
+    lines += [
+        ".SH DESCRIPTION",
+        "IN is a STEP, IGES or BREP file, also compressed, or \\- for stdin.",
+        "OUT is a PNG, JPEG, WebP, TIFF or EXR file, a folder, a path with {name} for several inputs,",
+        "or \\- for stdout, which carries data only.",
+        ".SH OPTIONS",
+    ]
+    for option in OPTIONS:
+        lines.append(".TP")
+        lines.append(f".B {_roff(', '.join(_flags(option)))}")
+        choices = f" One of {', '.join(option.choices)}." if option.choices else ""
+        default = f" Default: {option.default}." if isinstance(option.default, str) else ""
+        lines.append(_roff(f"({', '.join(option.commands)}) {option.help}{choices}{default}"))
+    lines.append(".SH EXIT STATUS")
+    for code, meaning in EXIT_CODES:
+        lines += [".TP", f".B {code}", _roff(meaning[0].upper() + meaning[1:] + ".")]
+    lines += [
+        ".SH ENVIRONMENT",
+        _roff("TRIMRAY_NAME sets the option --name; NO_COLOR and FORCE_COLOR decide on colour;"),
+        _roff("SOURCE_DATE_EPOCH is the date in a picture, which otherwise bears none."),
+        ".SH FILES",
+        ".TP",
+        _roff("$XDG_CONFIG_HOME/trimray/config.toml"),
+        _roff('Options by name, such as size = "1024,768"; the environment and the command line come first.'),
+        ".TP",
+        _roff("$XDG_CACHE_HOME/trimray"),
+        "Imported models. Safe to delete.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _flags(option: Option) -> list[str]:
+    """As they are typed, the last one with what it takes."""
+    flags = [*option.flags]
+    if option.metavar or option.choices:
+        flags[-1] += f" {option.metavar or option.name.upper()}"
+    return flags
+
+
+def _default(option: Option) -> str:
+    if isinstance(option.default, bool):
+        return "on" if option.default else "off"
+    return "" if option.default is None else f"`{option.default}`"
+
+
+def _roff(text: str) -> str:
+    text = text.replace("\\", "\\e").replace("-", "\\-")
+    return "\\&" + text if text.startswith((".", "'")) else text
+
+
+if __name__ == "__main__":
+    sys.stdout.write(man_page() if sys.argv[1:] == ["man"] else options_table())
