@@ -79,13 +79,12 @@ Bends bend(const Extent (&d)[3][3], double min_w, const Part& part) {
 // Two intervals' worth of a direction's control tangents, in the leaf's frame (along A, across A, normal).
 struct TangentBox {
   dvec3 lo{kInf}, hi{-kInf};
-  void widen(double t, double n) {
-    lo -= dvec3(t, t, n), hi += dvec3(t, t, n);
-  }
+  void widen(double t, double n) { lo -= dvec3(t, t, n), hi += dvec3(t, t, n); }
 };
 
-// Cones about the normal that hold U(x) x V(y) for all x, y of the extended leaf, where U = P_u - w_u e and V =
-// P_v - w_v e are the tangents of the line's distance function and e any point of the leaf. Sets sine and tilts.
+// Cones about the normal that hold U(x) x V(y) for all x, y of the extended leaf, where U = P_u - w_u e and V
+// = P_v - w_v e are the tangents of the line's distance function and e any point of the leaf. Sets sine and
+// tilts.
 void normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], const dvec3& axis_a,
                  const dvec3& axis_b, LeafProof& proof) {
   const dvec3 axis[3] = {axis_a, glm::cross(net.normal, axis_a), net.normal};
@@ -102,7 +101,8 @@ void normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], con
     const double w = d[a][b].w / min_w;
     box[dir].widen(w * d[0][0].t, w * d[0][0].n);
   }
-  // U x V is bilinear: its extremes over two boxes are at their corners. In the frame's plane n x a is (0, 1).
+  // U x V is bilinear: its extremes over two boxes are at their corners. In the frame's plane n x a is (0,
+  // 1).
   const double bx = glm::dot(axis_b, axis[0]), by = glm::dot(axis_b, axis[1]);
   double worst = 0.0, tilt_a = 0.0, tilt_b = 0.0;
   for (int k = 0; k < 64; ++k) {
@@ -123,7 +123,7 @@ void normal_cone(const LocalNet& net, double min_w, const Extent (&d)[3][3], con
 void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
   dvec4 p(0.0), pu(0.0), pv(0.0);
   double bu[2][nurbs::kMaxDegree + 1], bv[2][nurbs::kMaxDegree + 1];
-  const auto basis = [](int n, double (&out)[2][nurbs::kMaxDegree + 1]) {
+  const auto basis = [](int n, double(&out)[2][nurbs::kMaxDegree + 1]) {
     double lower[nurbs::kMaxDegree + 1];  // degree n - 1 at 1/2
     double binomial = std::ldexp(1.0, -(n - 1));
     for (int i = 0; i < n; ++i) lower[i] = binomial, binomial = binomial * (n - 1 - i) / (i + 1);
@@ -148,8 +148,8 @@ void center_frame(const LocalNet& net, dvec3& c, dvec3& a, dvec3& b) {
 void set(double (&out)[3], const dvec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 dvec3 vec(const double (&v)[3]) { return dvec3(v[0], v[1], v[2]); }
 
-// What the offset adds to the base: the offset times the range of the normal over the domain, from its interval
-// enclosure and from the cone about n that prove_leaf found (sine of its half angle; above 1: none).
+// What the offset adds to the base: the offset times the range of the normal over the domain, from its
+// interval enclosure and from the cone about n that prove_leaf found (sine of its half angle; above 1: none).
 class OffsetShift {
  public:
   OffsetShift(const Patch& patch, const dvec4* net, const SubDomain& domain, const dvec3& n, double sine)
@@ -163,7 +163,8 @@ class OffsetShift {
     };
     if (box_.regular) meet(dot(box_.frame * direction, box_.normal));
     if (sine_ < 1.0) {
-      const double part = glm::dot(direction, n_), across = sine_ * glm::length(direction - part * n_) + 1e-12 * length;
+      const double part = glm::dot(direction, n_),
+                   across = sine_ * glm::length(direction - part * n_) + 1e-12 * length;
       const Interval cone = part * Interval{std::sqrt(1.0 - sine_ * sine_) - 1e-12, 1.0 + 1e-12};
       meet({cone.lo - across, cone.hi + across});
     }
@@ -175,8 +176,9 @@ class OffsetShift {
     if (!box_.regular) return;
     const double at = glm::dot(direction, box_.middle + box_.center - c);
     const dvec3 local = box_.frame * direction;
-    const double reach = 0.5 * (1.0 + 1e-9) * (dot(local, box_.px).magnitude() + dot(local, box_.py).magnitude()) +
-                         glm::length(direction) * box_.error;
+    const double reach =
+        0.5 * (1.0 + 1e-9) * (dot(local, box_.px).magnitude() + dot(local, box_.py).magnitude()) +
+        glm::length(direction) * box_.error;
     if (lo < at - reach) lo = at - reach;
     if (hi > at + reach) hi = at + reach;
   }
@@ -188,8 +190,8 @@ class OffsetShift {
   OffsetBox box_;
 };
 
-// The boxes of the control hull: along the axes, and along the tangents a, b and the unit normal n at the point c.
-// n = 0: the leaf is singular or a weight is not positive, and the axes take their place.
+// The boxes of the control hull: along the axes, and along the tangents a, b and the unit normal n at the
+// point c. n = 0: the leaf is singular or a weight is not positive, and the axes take their place.
 void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, const dvec3& c, const dvec3& a,
              const dvec3& b, const dvec3& n, LeafProof& proof) {
   const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
@@ -222,8 +224,8 @@ void enclose(const Patch& patch, const dvec4* source, const SubDomain& domain, c
   }
   proof.box.dilate(rounding);
   const dvec3 middle = local.center();
-  const dvec3 half = 0.5 * (1.0 + 1e-9) * local.extent() +
-                     rounding / dvec3(glm::length(axis_a), glm::length(axis_b), 1.0);
+  const dvec3 half =
+      0.5 * (1.0 + 1e-9) * local.extent() + rounding / dvec3(glm::length(axis_a), glm::length(axis_b), 1.0);
   LeafBound& bound = proof.bound;
   set(bound.center, c + axis_a * middle.x + axis_b * middle.y + axis_n * middle.z);
   const dvec3 ea = axis_a * half.x, eb = axis_b * half.y, ek = axis_n * half.z;

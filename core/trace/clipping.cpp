@@ -52,8 +52,15 @@ class Search {
  public:
   Search(const Patch& patch, const PatchPool& pool, const LeafBound& leaf, const Ray& ray,
          std::vector<PatchRoot>& roots)
-      : patch_(patch), pool_(pool), leaf_(leaf), ray_(ray), roots_(roots), du_(patch.degree_u), dv_(patch.degree_v),
-        count_((du_ + 1) * (dv_ + 1)), first_(roots.size()) {
+      : patch_(patch),
+        pool_(pool),
+        leaf_(leaf),
+        ray_(ray),
+        roots_(roots),
+        du_(patch.degree_u),
+        dv_(patch.degree_v),
+        count_((du_ + 1) * (dv_ + 1)),
+        first_(roots.size()) {
     project();
   }
 
@@ -101,8 +108,10 @@ class Search {
     const SubDomain& c = box.core;
     const double wu = c.u1 - c.u0, wv = c.v1 - c.v0;
     for (int k = 0; k < pole_count_; ++k)
-      if (near_side({c.u0, c.v0}, poles_found_[k].side) && near_side({c.u1, c.v1}, poles_found_[k].side)) return false;
-    const SubDomain wide{c.u0 - kOverlap * wu, c.u1 + kOverlap * wu, c.v0 - kOverlap * wv, c.v1 + kOverlap * wv};
+      if (near_side({c.u0, c.v0}, poles_found_[k].side) && near_side({c.u1, c.v1}, poles_found_[k].side))
+        return false;
+    const SubDomain wide{c.u0 - kOverlap * wu, c.u1 + kOverlap * wu, c.v0 - kOverlap * wv,
+                         c.v1 + kOverlap * wv};
     dvec2 f[kMaxNet];
     std::copy(whole_, whole_ + count_, f);
     restrict_net(f, du_, dv_, wide.u0, wide.u1, wide.v0, wide.v1);
@@ -142,8 +151,10 @@ class Search {
       return false;
     }
     const bool in_u = can_u && (!can_v || long_u > long_v);
-    if (in_u) low.core.u1 = high.core.u0 = 0.5 * (c.u0 + c.u1);
-    else low.core.v1 = high.core.v0 = 0.5 * (c.v0 + c.v1);
+    if (in_u)
+      low.core.u1 = high.core.u0 = 0.5 * (c.u0 + c.u1);
+    else
+      low.core.v1 = high.core.v0 = 0.5 * (c.v0 + c.v1);
     return true;
   }
 
@@ -206,7 +217,10 @@ class Search {
   };
 
   static bool near_side(const dvec2& x, std::uint8_t side) {
-    const double distance = side == kSideU0 ? x.x : side == kSideU1 ? 1.0 - x.x : side == kSideV0 ? x.y : 1.0 - x.y;
+    const double distance = side == kSideU0   ? x.x
+                            : side == kSideU1 ? 1.0 - x.x
+                            : side == kSideV0 ? x.y
+                                              : 1.0 - x.y;
     return std::fabs(distance) < 1e-7;
   }
 
@@ -220,7 +234,8 @@ class Search {
     if ((patch_.poles & kSideU1) && u1 >= 1.0 - kLeafSlack)
       pole(kSideU1, du_ * row, -row, 1, dv_, {1.0, leaf_.mid_v});
     if ((patch_.poles & kSideV0) && v0 <= kLeafSlack) pole(kSideV0, 0, 1, row, du_, {leaf_.mid_u, 0.0});
-    if ((patch_.poles & kSideV1) && v1 >= 1.0 - kLeafSlack) pole(kSideV1, dv_, -1, row, du_, {leaf_.mid_u, 1.0});
+    if ((patch_.poles & kSideV1) && v1 >= 1.0 - kLeafSlack)
+      pole(kSideV1, dv_, -1, row, du_, {leaf_.mid_u, 1.0});
   }
 
   // first: index of the side's first control point; inward, along: index steps; n: degree along the side.
@@ -241,8 +256,8 @@ class Search {
     for (int r = 1; r < n; ++r)
       for (int i = 0; i + r <= n; ++i) g[i] = (1.0 - x) * g[i] + x * g[i + 1];
     const dvec3 tangent = n > 0 ? g[1] - g[0] : dvec3(0.0), value = (1.0 - x) * g[0] + x * g[1];
-    dvec3 normal = glm::cross(value, tangent);  // S_e x S_x for small e
-    if (!side_u) normal = -normal;              // S_u is along the side
+    dvec3 normal = glm::cross(value, tangent);                 // S_e x S_x for small e
+    if (!side_u) normal = -normal;                             // S_u is along the side
     if (side == kSideU1 || side == kSideV1) normal = -normal;  // e runs against the parameter
     const double length = glm::length(normal);
     if (!(length > 0.0)) return;

@@ -1,6 +1,6 @@
 // Every root of a line on one leaf, certain: subdivision of the distance net with convex hull exclusion along
-// the leaf's own directions (Nishita, Sederberg, Kakimoto 1990; Campagna, Slusallek, Seidel 1997 for several roots)
-// and a uniqueness proof that hands over to Newton.
+// the leaf's own directions (Nishita, Sederberg, Kakimoto 1990; Campagna, Slusallek, Seidel 1997 for several
+// roots) and a uniqueness proof that hands over to Newton.
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ namespace trimray::trace {
 
 // Counters of one search, for tests.
 struct ClipStats {
-  int boxes = 0;       // examined
-  int unresolved = 0;  // too small to split further: roots closer than rounding, dropped
+  int boxes = 0;           // examined
+  int unresolved = 0;      // too small to split further: roots closer than rounding, dropped
   bool exhausted = false;  // given up: roots may be missing
 };
 

@@ -28,11 +28,13 @@ struct RayFrame {
 
 HWY_INLINE RayFrame near_patch(const Patch& patch, const RayLanes& rays, int first) {
   RayFrame f;
-  const Vec3 org{load(rays.org_x + first) - Lanes(patch.origin.x), load(rays.org_y + first) - Lanes(patch.origin.y),
+  const Vec3 org{load(rays.org_x + first) - Lanes(patch.origin.x),
+                 load(rays.org_y + first) - Lanes(patch.origin.y),
                  load(rays.org_z + first) - Lanes(patch.origin.z)};
   f.d = {load(rays.dir_x + first), load(rays.dir_y + first), load(rays.dir_z + first)};
   f.t_shift = Lanes(0.0) - dot(org, f.d);
-  f.o = {mul_add(f.t_shift, f.d.x, org.x), mul_add(f.t_shift, f.d.y, org.y), mul_add(f.t_shift, f.d.z, org.z)};
+  f.o = {mul_add(f.t_shift, f.d.x, org.x), mul_add(f.t_shift, f.d.y, org.y),
+         mul_add(f.t_shift, f.d.z, org.z)};
   return f;
 }
 
@@ -102,8 +104,8 @@ struct Roots {
 // Newton from (u, v) on the active lanes; a lane that has converged keeps still, whatever the others do.
 // Not inlined: the evaluator's code stands once for both callers.
 template <typename Form>
-HWY_NOINLINE void newton(const Form& form, std::uint32_t poles, const RayFrame& ray, const Lanes (&start)[2], const Lanes (&max_step)[2],
-                         Mask active, std::uint32_t& steps, Roots& r) {
+HWY_NOINLINE void newton(const Form& form, std::uint32_t poles, const RayFrame& ray, const Lanes (&start)[2],
+                         const Lanes (&max_step)[2], Mask active, std::uint32_t& steps, Roots& r) {
   Lanes u = start[0], v = start[1];
   Mask open = active, converged = mask_from_bits(0);
   for (int k = 0; k < trace::kMaxNewtonSteps && !none(open); ++k) {
@@ -146,7 +148,8 @@ HWY_INLINE Vec3 broadcast(const double (&v)[3]) { return {Lanes(v[0]), Lanes(v[1
 template <typename Form>
 HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* net, const LeafBound& leaf,
                            const RayLanes& rays, RootLanes& out) {
-  const Vec3 center = broadcast(leaf.center), a = broadcast(leaf.a), b = broadcast(leaf.b), k = broadcast(leaf.k);
+  const Vec3 center = broadcast(leaf.center), a = broadcast(leaf.a), b = broadcast(leaf.b),
+             k = broadcast(leaf.k);
   const Vec3 ab = broadcast(leaf.ab), ak = broadcast(leaf.ak), bk = broadcast(leaf.bk);
   const Lanes half_u(leaf.half_u), half_v(leaf.half_v), mid_u(leaf.mid_u), mid_v(leaf.mid_v);
   for (int first = 0; first < trace::kLanes; first += kWidth) {
@@ -158,8 +161,8 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* ne
     const Lanes den = dot(ab, ray.d), size = abs(den);
     const Lanes wide_a = abs(dot(ak, ray.d)), wide_b = abs(dot(bk, ray.d));
     const Lanes num_u = dot(g, b), num_v = Lanes(0.0) - dot(g, a);
-    const Mask miss = (abs(num_u) > size + wide_b) | (abs(num_v) > size + wide_a) |
-                      (abs(dot(g, k)) > wide_a + wide_b);
+    const Mask miss =
+        (abs(num_u) > size + wide_b) | (abs(num_v) > size + wide_a) | (abs(dot(g, k)) > wide_a + wide_b);
     const Mask active = mask_from_bits(wanted);
     const Lanes tilt = mul_add(Lanes(leaf.unique_a), wide_a, Lanes(leaf.unique_b) * wide_b);  // may be NaN
     const Mask go = active & and_not(miss, (size > Lanes(leaf.unique)) | (size > tilt));
@@ -191,8 +194,8 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* ne
 }
 
 template <typename Form>
-HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes& rays, dvec2 start, double max_step,
-                            trace::PatchRoot& root) {
+HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes& rays, dvec2 start,
+                            double max_step, trace::PatchRoot& root) {
   std::uint32_t steps = 0;
   const Lanes from[2] = {Lanes(start.x), Lanes(start.y)}, limit[2] = {Lanes(max_step), Lanes(max_step)};
   Roots r;
@@ -278,7 +281,8 @@ void solve_leaf(const Patch& patch, const dvec4* net, const double* coef, const 
   }
 }
 
-bool polish(const Patch& patch, const double* coef, const Ray& ray, dvec2 start, double max_step, PatchRoot& root) {
+bool polish(const Patch& patch, const double* coef, const Ray& ray, dvec2 start, double max_step,
+            PatchRoot& root) {
   RayLanes rays = {};
   rays.org_x[0] = ray.org.x, rays.org_y[0] = ray.org.y, rays.org_z[0] = ray.org.z;
   rays.dir_x[0] = ray.dir.x, rays.dir_y[0] = ray.dir.y, rays.dir_z[0] = ray.dir.z;

@@ -33,8 +33,11 @@ PatchSet::PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::
         case nurbs::SurfaceKind::kRevolution:
         case nurbs::SurfaceKind::kBezier:
         case nurbs::SurfaceKind::kBspline:
-        case nurbs::SurfaceKind::kOffset: append_face(store, face, margin_mm[i], pools[i]); break;
-        default: break;
+        case nurbs::SurfaceKind::kOffset:
+          append_face(store, face, margin_mm[i], pools[i]);
+          break;
+        default:
+          break;
       }
     }
   });
@@ -51,14 +54,16 @@ std::span<const PatchLeaf> PatchSet::leaves() const { return impl_->leaves; }
 
 std::int64_t PatchSet::bytes() const {
   const auto size = [](const auto& v) { return static_cast<std::int64_t>(v.capacity() * sizeof(v[0])); };
-  return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) + size(impl_->leaves);
+  return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) +
+         size(impl_->leaves);
 }
 
 std::int64_t PatchSet::refused() const { return impl_->refused; }
 
 void PatchSet::solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
-  solve_leaf(patch, impl_->net.data() + patch.net, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays, out);
+  solve_leaf(patch, impl_->net.data() + patch.net, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays,
+             out);
 }
 
 bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {

@@ -21,35 +21,37 @@ inline constexpr int kLanes = 8;  // doubles in one AVX-512 register; narrower t
 // by at least the largest band of the face's edges, so that a root just outside the trim is still found.
 struct PatchLeaf {
   Box3 box;
-  Box2 uv_face;               // the part of the surface it answers for
+  Box2 uv_face;  // the part of the surface it answers for
   std::int32_t face = kNoFace;
-  std::int32_t patch = -1;    // internal to PatchSet
-  std::int32_t sub = -1;      // internal to PatchSet
+  std::int32_t patch = -1;  // internal to PatchSet
+  std::int32_t sub = -1;    // internal to PatchSet
 };
 
 // One ray a lane, structure of arrays; inactive lanes may hold anything finite.
 struct RayLanes {
   alignas(64) double org_x[kLanes], org_y[kLanes], org_z[kLanes];
   alignas(64) double dir_x[kLanes], dir_y[kLanes], dir_z[kLanes];  // unit
-  std::uint32_t active = 0;  // bit i: lane i
+  std::uint32_t active = 0;                                        // bit i: lane i
 };
 
 // What solve() is certain of, a bit a lane. Lanes of `active` in neither mask are not decided: all_roots().
 struct RootLanes {
   alignas(64) double t[kLanes], u[kLanes], v[kLanes];  // valid where one; u, v are uv_face
-  alignas(64) double normal_x[kLanes], normal_y[kLanes], normal_z[kLanes];  // Su x Sv, unit, not yet turned outward
-  std::uint32_t one = 0;   // exactly one root on this leaf, polished
-  std::uint32_t none = 0;  // certainly no root on this leaf
+  alignas(64) double normal_x[kLanes], normal_y[kLanes],
+      normal_z[kLanes];     // Su x Sv, unit, not yet turned outward
+  std::uint32_t one = 0;    // exactly one root on this leaf, polished
+  std::uint32_t none = 0;   // certainly no root on this leaf
   std::uint32_t steps = 0;  // Newton steps taken, for the counters
 };
 
-// Two reports of one root: a root on a knot line is found on both of its patches, one on a seam at both ends of
-// the period, one at a pole at any u, and the polished numbers may differ: by their last bits, or where the line
-// grazes one side of a crease, by what kLeafSlack is worth along it. A surface cannot be crossed twice in the same
-// direction without being crossed back in between, so the face, the sign and t settle it, of neighbours in the order
-// of t. diagonal: of the prototype, mm.
+// Two reports of one root: a root on a knot line is found on both of its patches, one on a seam at both ends
+// of the period, one at a pole at any u, and the polished numbers may differ: by their last bits, or where
+// the line grazes one side of a crease, by what kLeafSlack is worth along it. A surface cannot be crossed
+// twice in the same direction without being crossed back in between, so the face, the sign and t settle it,
+// of neighbours in the order of t. diagonal: of the prototype, mm.
 inline bool same_root(const Root& a, const Root& b, double diagonal) {
-  return a.face == b.face && a.sign == b.sign && std::fabs(a.t - b.t) <= 1e-9 * diagonal + 1e-14 * std::fabs(a.t);
+  return a.face == b.face && a.sign == b.sign &&
+         std::fabs(a.t - b.t) <= 1e-9 * diagonal + 1e-14 * std::fabs(a.t);
 }
 
 // How often all_roots() has returned false on this thread: callers count by the difference.
@@ -57,9 +59,11 @@ std::uint64_t searches_given_up();
 
 class PatchSet {
  public:
-  // Patches of all faces of one prototype that need them: kExtrusion, kRevolution, kBezier, kBspline, kOffset.
-  // margin_mm[face - prototype.faces.begin]: how far, in mm, leaves must reach beyond the face's uv_box.
-  PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm, int threads = 0);
+  // Patches of all faces of one prototype that need them: kExtrusion, kRevolution, kBezier, kBspline,
+  // kOffset. margin_mm[face - prototype.faces.begin]: how far, in mm, leaves must reach beyond the face's
+  // uv_box.
+  PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm,
+           int threads = 0);
   PatchSet(PatchSet&&) noexcept;
   ~PatchSet();
 
@@ -70,14 +74,15 @@ class PatchSet {
   std::int64_t refused() const;
 
   // SIMD: rays against one leaf, on the whole line (no t limits). A root is reported by polish() from its
-  // last Newton step, so the same root found through a neighbouring leaf or from another seed has the same bits.
+  // last Newton step, so the same root found through a neighbouring leaf or from another seed has the same
+  // bits.
   void solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const;
 
   // Scalar, certain, for the lanes that solve() leaves open: appends every root of the line on the leaf
-  // (Bezier clipping on the distance net, Nishita 1990, with subdivision; offsets by interval subdivision), each
-  // polished. Two roots closer than rounding can tell (a tangent ray) are dropped together.
-  // Sets t, uv_face, normal (outward), face and sign; leaves inside false.
-  // False, and roots may be missing, where the search was given up: only for a line that lies in the surface.
+  // (Bezier clipping on the distance net, Nishita 1990, with subdivision; offsets by interval subdivision),
+  // each polished. Two roots closer than rounding can tell (a tangent ray) are dropped together. Sets t,
+  // uv_face, normal (outward), face and sign; leaves inside false. False, and roots may be missing, where the
+  // search was given up: only for a line that lies in the surface.
   bool all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
 
  private:

@@ -78,10 +78,13 @@ void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
   const int allowed = touches_pole(patch, d) ? kMaxCutsAtPole : kMaxCuts;
   if (proof.sine > kLeafSine && cuts < allowed) {
     SubDomain low = d, high = d;
-    const bool in_u = std::isfinite(proof.bend_u) && proof.bend_u != proof.bend_v ? proof.bend_u > proof.bend_v
-                                                                                 : (cuts & 1) == 0;
-    if (in_u) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
-    else low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
+    const bool in_u = std::isfinite(proof.bend_u) && proof.bend_u != proof.bend_v
+                          ? proof.bend_u > proof.bend_v
+                          : (cuts & 1) == 0;
+    if (in_u)
+      low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
+    else
+      low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
     cut(index, low, cuts + 1, pool);
     cut(index, high, cuts + 1, pool);
     return;
@@ -131,12 +134,14 @@ struct Margins {
   double side[4] = {0.0, 0.0, 0.0, 0.0};
 };
 
-Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface, const Box2& box, double margin_mm) {
+Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface, const Box2& box,
+                   double margin_mm) {
   constexpr int kSamples = 9;
   Margins margins;
   // Whether a side collapses is asked of the base: an offset's tangents mean nothing there.
   nurbs::Surface base = surface;
-  if (surface.kind == nurbs::SurfaceKind::kOffset) base.kind = nurbs::SurfaceKind::kBspline, base.offset = 0.0;
+  if (surface.kind == nurbs::SurfaceKind::kOffset)
+    base.kind = nurbs::SurfaceKind::kBspline, base.offset = 0.0;
   const double longest[2] = {glm::length(nurbs::evaluate(store, base, box.center()).du),
                              glm::length(nurbs::evaluate(store, base, box.center()).dv)};
   for (int side = 0; side < 4; ++side) {
@@ -170,10 +175,13 @@ Margins uv_margins(const nurbs::NurbsStore& store, const nurbs::Surface& surface
 class SpanCutter {
  public:
   SpanCutter(const nurbs::NurbsStore& store, const nurbs::Surface& surface)
-      : surface_(surface), du_(surface.degree_u), dv_(surface.degree_v),
+      : surface_(surface),
+        du_(surface.degree_u),
+        dv_(surface.degree_v),
         knots_u_(store.knots.data() + surface.knots_u.begin, surface.knots_u.size()),
         knots_v_(store.knots.data() + surface.knots_v.begin, surface.knots_v.size()),
-        ctrl_(store.ctrl_h.data() + surface.ctrl.begin), rows_(static_cast<std::size_t>(du_ + 1) * surface.count_v) {}
+        ctrl_(store.ctrl_h.data() + surface.ctrl.begin),
+        rows_(static_cast<std::size_t>(du_ + 1) * surface.count_v) {}
 
   std::span<const double> knots_u() const { return knots_u_; }
   std::span<const double> knots_v() const { return knots_v_; }
@@ -183,7 +191,8 @@ class SpanCutter {
     for (int i = 0; i <= du_; ++i) {
       arguments(map, du_, i);
       for (int j = 0; j < surface_.count_v; ++j)
-        rows_[i * surface_.count_v + j] = nurbs::blossom(knots_u_.data(), du_, span, ctrl_ + j, surface_.count_v, x_);
+        rows_[i * surface_.count_v + j] =
+            nurbs::blossom(knots_u_.data(), du_, span, ctrl_ + j, surface_.count_v, x_);
     }
   }
 
@@ -215,14 +224,17 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
   const nurbs::Face& f = store.faces[face];
   const nurbs::Surface& surface = store.surfaces[f.surface];
   SpanCutter cutter(store, surface);
-  const auto parts_u = parts_between(cutter.knots_u(), surface.degree_u, surface.map_u, box.lower.x, box.upper.x);
-  const auto parts_v = parts_between(cutter.knots_v(), surface.degree_v, surface.map_v, box.lower.y, box.upper.y);
+  const auto parts_u =
+      parts_between(cutter.knots_u(), surface.degree_u, surface.map_u, box.lower.x, box.upper.x);
+  const auto parts_v =
+      parts_between(cutter.knots_v(), surface.degree_v, surface.map_v, box.lower.y, box.upper.y);
   for (const SpanPart& pu : parts_u) {
     cutter.choose_u(pu.span, pu.map);
     for (const SpanPart& pv : parts_v) {
       const auto append = [&](const ParamCurve& u, const ParamCurve& v) {
-        return append_patch({face, surface.degree_u, surface.degree_v, cutter.piece(pv.span, v), surface.offset,
-                             f.reversed, u, v}, pool);
+        return append_patch({face, surface.degree_u, surface.degree_v, cutter.piece(pv.span, v),
+                             surface.offset, f.reversed, u, v},
+                            pool);
       };
       if (append(pu.map, pv.map)) continue;
       // Weights may turn negative beyond the knots: then without the margin, first in one direction.

@@ -1,5 +1,5 @@
-// What a PatchSet holds, for the files that build it (patch_build), search it (newton, clipping) and prove things
-// about it (certificate). Internal to core/trace.
+// What a PatchSet holds, for the files that build it (patch_build), search it (newton, clipping) and prove
+// things about it (certificate). Internal to core/trace.
 #pragma once
 
 #include <cstdint>
@@ -30,23 +30,23 @@ struct Patch {
   std::int32_t face = kNoFace;
   std::uint8_t degree_u = 1, degree_v = 1;
   bool rational = false, power = true, reversed = false;
-  std::uint8_t poles = 0;          // sides that collapse to a point
-  double size = 0.0;               // diagonal of the control hull, mm
-  double pole_reach = 0.0;         // a line that passes a collapsed side's point this near meets the side, mm; the
-                                   // same for all patches of a face, so that those around a pole agree
+  std::uint8_t poles = 0;   // sides that collapse to a point
+  double size = 0.0;        // diagonal of the control hull, mm
+  double pole_reach = 0.0;  // a line that passes a collapsed side's point this near meets the side, mm; the
+                            // same for all patches of a face, so that those around a pole agree
   double offset = 0.0;
-  double max_weight = 1.0;         // of net; the first is 1
-  dvec3 origin{0.0};               // everything below is relative to it
-  std::int64_t net = 0;            // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
-  std::int64_t coef = 0;           // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
-                                   // the Bernstein points once more
+  double max_weight = 1.0;  // of net; the first is 1
+  dvec3 origin{0.0};        // everything below is relative to it
+  std::int64_t net = 0;     // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
+  std::int64_t coef = 0;    // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
+                            // the Bernstein points once more
   ParamCurve u, v;
 };
 
 // A leaf's share of the certificate; see certificate.h for the proof.
 struct alignas(64) LeafBound {
-  // The leaf lies in the parallelepiped {center + a x + b y + k z : |x|, |y|, |z| <= 1}; a and b are tangents at its
-  // middle, k runs along the normal. Relative to Patch::origin.
+  // The leaf lies in the parallelepiped {center + a x + b y + k z : |x|, |y|, |z| <= 1}; a and b are tangents
+  // at its middle, k runs along the normal. Relative to Patch::origin.
   double center[3], a[3], b[3], k[3];
   double ab[3], ak[3], bk[3];           // a x b, a x k, b x k
   double mid_u, mid_v, half_u, half_v;  // in patch parameters
@@ -65,9 +65,9 @@ struct PatchPool {
   std::vector<Patch> patches;
   std::vector<dvec4> net;
   std::vector<double> coef;
-  std::vector<LeafBound> bounds;   // by leaf
+  std::vector<LeafBound> bounds;  // by leaf
   std::vector<PatchLeaf> leaves;
-  std::int64_t refused = 0;        // patches with a weight that is not positive, even without the margin
+  std::int64_t refused = 0;  // patches with a weight that is not positive, even without the margin
 };
 
 struct PatchSet::Impl : PatchPool {};

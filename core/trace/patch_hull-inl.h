@@ -1,5 +1,5 @@
-// Does a line miss what it seems to graze? A leaf's control net, projected along the line a lane has, against the
-// origin, and the nets of its parts. Included once per Highway target.
+// Does a line miss what it seems to graze? A leaf's control net, projected along the line a lane has, against
+// the origin, and the nets of its parts. Included once per Highway target.
 #if defined(TRIMRAY_CORE_TRACE_PATCH_HULL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TRIMRAY_CORE_TRACE_PATCH_HULL_INL_H_
 #undef TRIMRAY_CORE_TRACE_PATCH_HULL_INL_H_
@@ -30,8 +30,10 @@ HWY_INLINE void restrict_lanes(Lanes* c, int n, int stride, double a, double b) 
     for (int r = 1; r <= n; ++r)
       for (int i = 0; i + r <= n; ++i) c[i * stride] = mix(c[i * stride], c[(i + 1) * stride], Lanes(t));
   };
-  if (b >= 1.0 - a) keep_left(b), keep_right(a / b);
-  else keep_right(a), keep_left((b - a) / (1.0 - a));
+  if (b >= 1.0 - a)
+    keep_left(b), keep_right(a / b);
+  else
+    keep_right(a), keep_left((b - a) / (1.0 - a));
 }
 
 // Halves of one row or column: in stays the lower half, upper gets the other.
@@ -58,7 +60,8 @@ HWY_NOINLINE Mask beside_origin(const ProjectedNet& net, int count, Lanes noise)
   Lanes lx = net.x[0], ly = net.y[0], rx = lx, ry = ly;
   for (int k = 1; k < count; ++k) {
     const Lanes x = net.x[k], y = net.y[k];
-    const Mask left = Lanes(0.0) < neg_mul_add(ly, x, lx * y), right = neg_mul_add(ry, x, rx * y) < Lanes(0.0);
+    const Mask left = Lanes(0.0) < neg_mul_add(ly, x, lx * y),
+               right = neg_mul_add(ry, x, rx * y) < Lanes(0.0);
     lx = select(left, x, lx), ly = select(left, y, ly);
     rx = select(and_not(left, right), x, rx), ry = select(and_not(left, right), y, ry);
   }
@@ -70,12 +73,14 @@ HWY_NOINLINE Mask beside_origin(const ProjectedNet& net, int count, Lanes noise)
     const Lanes s = mul_add(mx, net.x[k], my * net.y[k]);
     low = select(s < low, s, low);
   }
-  // A NaN point leaves `low` as it is or makes the axis NaN; points are finite where the ray and the patch are.
+  // A NaN point leaves `low` as it is or makes the axis NaN; points are finite where the ray and the patch
+  // are.
   return noise * (abs(mx) + abs(my)) < low;
 }
 
 // Lanes of `open` whose line meets none of the 2^depth parts of the net.
-HWY_NOINLINE Mask beside_parts(ProjectedNet& net, int du, int dv, bool in_u, int depth, Lanes noise, Mask open) {
+HWY_NOINLINE Mask beside_parts(ProjectedNet& net, int du, int dv, bool in_u, int depth, Lanes noise,
+                               Mask open) {
   Mask out = open & beside_origin(net, (du + 1) * (dv + 1), noise);
   if (depth == 0) return out;
   const Mask rest = and_not(out, open);
@@ -87,9 +92,10 @@ HWY_NOINLINE Mask beside_parts(ProjectedNet& net, int du, int dv, bool in_u, int
   return out | beside_parts(upper, du, dv, !in_u, depth - 1, noise, low);
 }
 
-// Lanes of `open` that certainly miss the leaf. o: the ray's point next to the patch's origin, relative to it.
-HWY_NOINLINE Mask misses_leaf(const trace::Patch& patch, const dvec4* points, const trace::LeafBound& leaf, const Vec3& o,
-                              const Vec3& d, Mask open) {
+// Lanes of `open` that certainly miss the leaf. o: the ray's point next to the patch's origin, relative to
+// it.
+HWY_NOINLINE Mask misses_leaf(const trace::Patch& patch, const dvec4* points, const trace::LeafBound& leaf,
+                              const Vec3& o, const Vec3& d, Mask open) {
   constexpr int kDepth = 3;
   const int du = patch.degree_u, dv = patch.degree_v, count = (du + 1) * (dv + 1);
   // Across the line: as near to the leaf's normal as can be, and at right angles.
@@ -104,7 +110,8 @@ HWY_NOINLINE Mask misses_leaf(const trace::Patch& patch, const dvec4* points, co
     const Lanes w(points[k].w);
     net.x[k] = neg_mul_add(w, oa, dot(p, a)), net.y[k] = neg_mul_add(w, ob, dot(p, b));
   }
-  const double reach_u = leaf.half_u * (1.0 + 1e-7) + trace::kLeafSlack, reach_v = leaf.half_v * (1.0 + 1e-7) + trace::kLeafSlack;
+  const double reach_u = leaf.half_u * (1.0 + 1e-7) + trace::kLeafSlack,
+               reach_v = leaf.half_v * (1.0 + 1e-7) + trace::kLeafSlack;
   for (int i = 0; i <= du; ++i) {
     restrict_lanes(net.x + i * (dv + 1), dv, 1, leaf.mid_v - reach_v, leaf.mid_v + reach_v);
     restrict_lanes(net.y + i * (dv + 1), dv, 1, leaf.mid_v - reach_v, leaf.mid_v + reach_v);

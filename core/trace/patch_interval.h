@@ -17,11 +17,16 @@ struct Interval {
   bool has_zero() const { return !(lo > 0.0) && !(hi < 0.0); }  // NaN: true
   double magnitude() const { return std::max(std::fabs(lo), std::fabs(hi)); }
 };
-inline Interval operator+(const Interval& a, const Interval& b) { return Interval::outward(a.lo + b.lo, a.hi + b.hi); }
-inline Interval operator-(const Interval& a, const Interval& b) { return Interval::outward(a.lo - b.hi, a.hi - b.lo); }
+inline Interval operator+(const Interval& a, const Interval& b) {
+  return Interval::outward(a.lo + b.lo, a.hi + b.hi);
+}
+inline Interval operator-(const Interval& a, const Interval& b) {
+  return Interval::outward(a.lo - b.hi, a.hi - b.lo);
+}
 inline Interval operator*(const Interval& a, const Interval& b) {
   const double x = a.lo * b.lo, y = a.lo * b.hi, z = a.hi * b.lo, w = a.hi * b.hi;
-  return Interval::outward(std::min(std::min(x, y), std::min(z, w)), std::max(std::max(x, y), std::max(z, w)));
+  return Interval::outward(std::min(std::min(x, y), std::min(z, w)),
+                           std::max(std::max(x, y), std::max(z, w)));
 }
 inline Interval operator*(double s, const Interval& a) { return Interval{s, s} * a; }
 // 1 / a for a > 0.
@@ -34,8 +39,12 @@ inline Interval square(const Interval& a) {
 struct Interval3 {
   Interval x, y, z;
 };
-inline Interval3 operator+(const Interval3& a, const Interval3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Interval3 operator-(const Interval3& a, const Interval3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Interval3 operator+(const Interval3& a, const Interval3& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Interval3 operator-(const Interval3& a, const Interval3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
 inline Interval3 operator*(const Interval& s, const Interval3& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline Interval3 operator*(double s, const Interval3& a) { return Interval{s, s} * a; }
 inline Interval dot(const Interval3& a, const Interval3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }

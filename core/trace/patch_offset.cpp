@@ -73,14 +73,17 @@ struct OffsetSearch {
   Verdict judge(const SubDomain& wide, double& long_u, double& long_v) const;
 };
 
-// Is there no root on the box, at most one, or nothing to be said? Sets how far the enclosure reaches in u and v.
+// Is there no root on the box, at most one, or nothing to be said? Sets how far the enclosure reaches in u
+// and v.
 OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide, double& long_u, double& long_v) const {
   const OffsetBox box = enclose_offset(patch, net, wide);
   const double u = 0.5 * (wide.u0 + wide.u1), v = 0.5 * (wide.v0 + wide.v1);
   const OffsetJet middle = offset_jet(patch, net, u, v);
-  // Two directions across the line; one as near to the normal as can be: where the line grazes, the surface is thin.
+  // Two directions across the line; one as near to the normal as can be: where the line grazes, the surface
+  // is thin.
   dvec3 n1 = middle.normal - glm::dot(middle.normal, ray.dir) * ray.dir;
-  if (!(glm::length(n1) > 1e-3)) n1 = glm::cross(ray.dir, std::fabs(ray.dir.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
+  if (!(glm::length(n1) > 1e-3))
+    n1 = glm::cross(ray.dir, std::fabs(ray.dir.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
   n1 = glm::normalize(n1);
   const dvec3 n2 = glm::cross(ray.dir, n1);
   const double noise = 1e-14 * (patch.size + std::fabs(patch.offset) + glm::length(o));
@@ -94,29 +97,38 @@ OffsetSearch::Verdict OffsetSearch::judge(const SubDomain& wide, double& long_u,
     if (!f.has_zero()) return Verdict::kNone;
   }
   if (!box.regular) return Verdict::kOpen;
-  const auto reach_of = [](const Interval3& a) { return std::max(std::max(a.x.magnitude(), a.y.magnitude()), a.z.magnitude()); };
+  const auto reach_of = [](const Interval3& a) {
+    return std::max(std::max(a.x.magnitude(), a.y.magnitude()), a.z.magnitude());
+  };
   long_u = reach_of(box.swapped ? box.py : box.px), long_v = reach_of(box.swapped ? box.px : box.py);
   const double error = noise + middle.error;
   for (const dvec3& axis : axes) {
     const dvec3 local = box.frame * axis;
-    const double spread = 0.5 * (dot(local, box.px).magnitude() + dot(local, box.py).magnitude()) * (1.0 + 1e-9);
+    const double spread =
+        0.5 * (dot(local, box.px).magnitude() + dot(local, box.py).magnitude()) * (1.0 + 1e-9);
     if (std::fabs(glm::dot(axis, middle.p - o)) > spread + error) return Verdict::kNone;
   }
 
   // The Jacobian across the line, preconditioned by its middle.
-  const auto mid = [](const Interval3& a) { return 0.5 * dvec3(a.x.lo + a.x.hi, a.y.lo + a.y.hi, a.z.lo + a.z.hi); };
+  const auto mid = [](const Interval3& a) {
+    return 0.5 * dvec3(a.x.lo + a.x.hi, a.y.lo + a.y.hi, a.z.lo + a.z.hi);
+  };
   const dvec3 cx = mid(box.px), cy = mid(box.py), l1 = box.frame * n1, l2 = box.frame * n2;
   const dvec2 a(glm::dot(l1, cx), glm::dot(l2, cx)), b(glm::dot(l1, cy), glm::dot(l2, cy));
   const double det = a.x * b.y - a.y * b.x;
   if (!(std::fabs(det) > 1e-12 * glm::length(a) * glm::length(b))) return Verdict::kOpen;
   const dvec3 row_x = (b.y * n1 - b.x * n2) / det, row_y = (a.x * n2 - a.y * n1) / det;
   const dvec3 local_x = box.frame * row_x, local_y = box.frame * row_y;
-  const double xx = (dot(local_x, box.px) - Interval{1.0, 1.0}).magnitude(), xy = dot(local_x, box.py).magnitude();
-  const double yx = dot(local_y, box.px).magnitude(), yy = (dot(local_y, box.py) - Interval{1.0, 1.0}).magnitude();
+  const double xx = (dot(local_x, box.px) - Interval{1.0, 1.0}).magnitude(),
+               xy = dot(local_x, box.py).magnitude();
+  const double yx = dot(local_y, box.px).magnitude(),
+               yy = (dot(local_y, box.py) - Interval{1.0, 1.0}).magnitude();
   // Linear bound from the middle: |row . (p - o)| there is at most the half widths' worth of the Jacobian.
   const double gx = glm::dot(row_x, middle.p - o), gy = glm::dot(row_y, middle.p - o);
-  if (std::fabs(gx) - error * glm::length(row_x) > 0.5 * (1.0 + xx + xy) * (1.0 + 1e-9)) return Verdict::kNone;
-  if (std::fabs(gy) - error * glm::length(row_y) > 0.5 * (1.0 + yy + yx) * (1.0 + 1e-9)) return Verdict::kNone;
+  if (std::fabs(gx) - error * glm::length(row_x) > 0.5 * (1.0 + xx + xy) * (1.0 + 1e-9))
+    return Verdict::kNone;
+  if (std::fabs(gy) - error * glm::length(row_y) > 0.5 * (1.0 + yy + yx) * (1.0 + 1e-9))
+    return Verdict::kNone;
   const bool unique = xx < 1.0 && yy < 1.0 && (1.0 - xx) * (1.0 - yy) > xy * yx * (1.0 + 1e-9);
   return unique ? Verdict::kUnique : Verdict::kOpen;
 }
@@ -144,8 +156,8 @@ ClipStats offset_roots(const Patch& patch, const PatchPool& pool, const LeafBoun
     if (verdict == OffsetSearch::Verdict::kNone) continue;
     PatchRoot root;
     if (verdict == OffsetSearch::Verdict::kUnique &&
-        search.newton(dvec2(0.5 * (d.u0 + d.u1), 0.5 * (d.v0 + d.v1)), std::max(wu, wv), root) && root.u >= wide.u0 &&
-        root.u <= wide.u1 && root.v >= wide.v0 && root.v <= wide.v1) {
+        search.newton(dvec2(0.5 * (d.u0 + d.u1), 0.5 * (d.v0 + d.v1)), std::max(wu, wv), root) &&
+        root.u >= wide.u0 && root.u <= wide.u1 && root.v >= wide.v0 && root.v <= wide.v1) {
       if (root.u >= d.u0 - kLeafSlack && root.u <= d.u1 + kLeafSlack && root.v >= d.v0 - kLeafSlack &&
           root.v <= d.v1 + kLeafSlack)
         search.add(root);
@@ -156,8 +168,10 @@ ClipStats offset_roots(const Patch& patch, const PatchPool& pool, const LeafBoun
       continue;
     }
     SubDomain low = d, high = d;
-    if (wv <= kMinWidth || (wu > kMinWidth && long_u >= long_v)) low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
-    else low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
+    if (wv <= kMinWidth || (wu > kMinWidth && long_u >= long_v))
+      low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
+    else
+      low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
     stack.push_back(high), stack.push_back(low);
   }
   // A tangent line leaves a few tiny boxes; more of them mean that rounding hid what there was.

@@ -52,7 +52,8 @@ BaseJet base_jet(const Patch& patch, const dvec4* net, double u, double v) {
   for (int i = 0; i <= patch.degree_u; ++i)
     for (int j = 0; j <= patch.degree_v; ++j)
       for (int a = 0; a <= 2; ++a)
-        for (int b = 0; a + b <= 2; ++b) h[a][b] += bu.d[a][i] * bv.d[b][j] * net[i * (patch.degree_v + 1) + j];
+        for (int b = 0; a + b <= 2; ++b)
+          h[a][b] += bu.d[a][i] * bv.d[b][j] * net[i * (patch.degree_v + 1) + j];
   const auto p = [&](int a, int b) { return dvec3(h[a][b].x, h[a][b].y, h[a][b].z); };
   const double w = h[0][0].w;
   BaseJet j;
@@ -67,8 +68,8 @@ BaseJet base_jet(const Patch& patch, const dvec4* net, double u, double v) {
 
 dvec3 xyz(const dvec4& h) { return dvec3(h.x, h.y, h.z); }
 
-// Ranges of the components of a Bezier net and its derivatives up to the second over a box, per width of the box.
-// Differences are taken before the net is cut down to the box, so that their rounding shrinks with it.
+// Ranges of the components of a Bezier net and its derivatives up to the second over a box, per width of the
+// box. Differences are taken before the net is cut down to the box, so that their rounding shrinks with it.
 struct NetRange {
   const dvec4* p;
   int n, m;
@@ -105,7 +106,8 @@ struct NetRange {
   }
 };
 
-// The patch's net and the domain, turned so that a collapsed side of the patch that the domain touches is y = 0.
+// The patch's net and the domain, turned so that a collapsed side of the patch that the domain touches is y =
+// 0.
 struct TurnedNet {
   dvec4 p[kMaxNet];
   int n, m;
@@ -113,7 +115,8 @@ struct TurnedNet {
   double sign = 1.0;  // of the turned S_x x S_y against S_u x S_v
   bool pole = false, swap;
 
-  TurnedNet(const Patch& patch, const dvec4* net, const SubDomain& d) : n(patch.degree_u), m(patch.degree_v), box(d) {
+  TurnedNet(const Patch& patch, const dvec4* net, const SubDomain& d)
+      : n(patch.degree_u), m(patch.degree_v), box(d) {
     const bool u0 = (patch.poles & kSideU0) && d.u0 == 0.0, u1 = (patch.poles & kSideU1) && d.u1 == 1.0;
     const bool v0 = (patch.poles & kSideV0) && d.v0 == 0.0, v1 = (patch.poles & kSideV1) && d.v1 == 1.0;
     pole = u0 || u1 || v0 || v1;
@@ -147,19 +150,24 @@ OffsetJet offset_jet(const Patch& patch, const dvec4* net, double u, double v) {
   const double size_u = glm::length(j.su), size_v = glm::length(j.sv);
   const double turned = 1e-14 * patch.size * (size_u + size_v) / length;
   const double error = 1e-14 * patch.size + std::fabs(patch.offset) * (turned + 1e-15);
-  return {j.s + patch.offset * unit, j.su + patch.offset * turn(nu), j.sv + patch.offset * turn(nv), unit, error};
+  return {j.s + patch.offset * unit, j.su + patch.offset * turn(nu), j.sv + patch.offset * turn(nv), unit,
+          error};
 }
 
 SubDomain widened(const Patch& patch, const SubDomain& d, double by_u, double by_v) {
-  return {(patch.poles & kSideU0) && d.u0 <= 0.0 ? 0.0 : d.u0 - by_u, (patch.poles & kSideU1) && d.u1 >= 1.0 ? 1.0 : d.u1 + by_u,
-          (patch.poles & kSideV0) && d.v0 <= 0.0 ? 0.0 : d.v0 - by_v, (patch.poles & kSideV1) && d.v1 >= 1.0 ? 1.0 : d.v1 + by_v};
+  return {(patch.poles & kSideU0) && d.u0 <= 0.0 ? 0.0 : d.u0 - by_u,
+          (patch.poles & kSideU1) && d.u1 >= 1.0 ? 1.0 : d.u1 + by_u,
+          (patch.poles & kSideV0) && d.v0 <= 0.0 ? 0.0 : d.v0 - by_v,
+          (patch.poles & kSideV1) && d.v1 >= 1.0 ? 1.0 : d.v1 + by_v};
 }
 
 OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& domain) {
   TurnedNet t(patch, net, domain);
   OffsetBox box;
-  const OffsetJet middle = offset_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
-  const dvec3 tangent = glm::cross(middle.normal, std::fabs(middle.normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
+  const OffsetJet middle =
+      offset_jet(patch, net, 0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1));
+  const dvec3 tangent =
+      glm::cross(middle.normal, std::fabs(middle.normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
   if (glm::length(tangent) > 0.5) {  // false for NaN
     const dvec3 t1 = glm::normalize(tangent), t2 = glm::cross(middle.normal, t1);
     box.frame = glm::transpose(dmat3(t1, t2, middle.normal));
@@ -206,7 +214,8 @@ OffsetBox enclose_offset(const Patch& patch, const dvec4* net, const SubDomain& 
   const Interval3 sx = t.pole ? y * rx : rx, sy = t.pole ? r + y * ry : ry;
   const Interval3 syy = t.pole ? 2.0 * ry + y * ryy : ryy, sxy = t.pole ? rx + y * rxy : rxy;
   // M = rx x sy points along the normal; m_x and m_y its derivatives.
-  const Interval3 m = cross(rx, sy), mx = cross(rxx, sy) + cross(rx, sxy), my = cross(rxy, sy) + cross(rx, syy);
+  const Interval3 m = cross(rx, sy), mx = cross(rxx, sy) + cross(rx, sxy),
+                  my = cross(rxy, sy) + cross(rx, syy);
   const Interval length2 = square(m.x) + square(m.y) + square(m.z);
   const double shortest = std::sqrt(length2.lo), longest = std::sqrt(length2.hi);
   if (!(shortest > 1e-9 * longest)) return box;

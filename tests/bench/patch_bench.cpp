@@ -1,7 +1,8 @@
-// Speed of the patch kernel alone, without hierarchy or trimming: parallel rays in blocks of 4 x 2 pixels against
-// every leaf whose box they meet.
+// Speed of the patch kernel alone, without hierarchy or trimming: parallel rays in blocks of 4 x 2 pixels
+// against every leaf whose box they meet.
 //
-//   patch_bench [PATCHES.txt]     bicubic patches, 16 lines "x y z [w]" each; without a file, random rational ones
+//   patch_bench [PATCHES.txt]     bicubic patches, 16 lines "x y z [w]" each; without a file, random rational
+//   ones
 #include <bit>
 #include <cmath>
 #include <cstdio>
@@ -100,7 +101,8 @@ void shoot(const PatchSet& set, const dvec3& dir, const Box3& bounds, Counts& co
       }
     std::vector<RootLanes> out(blocks.size());
     const double start = seconds_now();
-    for (std::size_t k = 0; k < blocks.size(); ++k) set.solve(static_cast<std::int32_t>(leaf), blocks[k], out[k]);
+    for (std::size_t k = 0; k < blocks.size(); ++k)
+      set.solve(static_cast<std::int32_t>(leaf), blocks[k], out[k]);
     const double middle = seconds_now();
     for (std::size_t k = 0; k < blocks.size(); ++k) {
       const RayLanes& r = blocks[k];
@@ -141,14 +143,16 @@ int run(int argc, char** argv) {
   Counts c;
   for (const dvec3& dir : {dvec3(1, 1, -1), dvec3(-1, 2, -0.5), dvec3(0.2, 0.1, -3)})
     shoot(set, glm::normalize(dir), bounds, c);
-  std::printf("target %s\n%zu patches, %.1f leaves per patch, %.1f kB, built in %.2f ms\n", simd_target_name(),
-              faces.size(), double(set.leaves().size()) / faces.size(), set.bytes() / 1024.0, built * 1e3);
+  std::printf("target %s\n%zu patches, %.1f leaves per patch, %.1f kB, built in %.2f ms\n",
+              simd_target_name(), faces.size(), double(set.leaves().size()) / faces.size(),
+              set.bytes() / 1024.0, built * 1e3);
   std::printf("%lld rays against leaves, %.2f lanes per call: %.2f ns per ray, %.1f ns per root\n", c.rays,
               double(c.rays) / c.calls, c.seconds / c.rays * 1e9, c.seconds / c.one * 1e9);
   std::printf("one %.2f %%, none %.2f %%, open %.3f %%; %.2f steps per root\n", 100.0 * c.one / c.rays,
               100.0 * c.none / c.rays, 100.0 * c.clipped / c.rays, double(c.steps) / c.one);
   std::printf("open rays: %.0f ns each, %.2f roots each; %.2f ns spread over all rays\n",
-              c.clip_seconds / c.clipped * 1e9, double(c.clip_roots) / c.clipped, c.clip_seconds / c.rays * 1e9);
+              c.clip_seconds / c.clipped * 1e9, double(c.clip_roots) / c.clipped,
+              c.clip_seconds / c.rays * 1e9);
   return 0;
 }
 

@@ -96,7 +96,8 @@ TEST(PatchCrease, ConesHaveTheirRootsUpToTheApex) {
     const Traced traced = trace_leaves(made.set, ray, 10.0);
     EXPECT_TRUE(traced.complete) << describe(ray);
     ASSERT_EQ(traced.roots.size(), truth.size()) << describe(ray) << " at " << distance;
-    for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR(traced.roots[i].t, truth[i], 1e-8) << describe(ray);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      EXPECT_NEAR(traced.roots[i].t, truth[i], 1e-8) << describe(ray);
   }
   EXPECT_GT(tested, 1500);
 }

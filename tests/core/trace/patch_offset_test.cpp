@@ -1,8 +1,8 @@
 // Offset surfaces against closed forms: the offset of a sphere is a sphere, that of a torus a torus.
 #include <gtest/gtest.h>
 
-#include "tests/core/trace/patch_rays.h"
 #include "core/trace/patch_offset.h"
+#include "tests/core/trace/patch_rays.h"
 
 namespace trimray::trace {
 namespace {
@@ -43,7 +43,8 @@ TEST(PatchOffset, SpheresGrowAndShrink) {
       }
       const std::vector<double> truth = sphere_roots(ray, kFrame.location, radius);
       ASSERT_EQ(found.roots.size(), truth.size()) << describe(ray);
-      for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR(found.roots[i].t, truth[i], 1e-9) << describe(ray);
+      for (std::size_t i = 0; i < truth.size(); ++i)
+        EXPECT_NEAR(found.roots[i].t, truth[i], 1e-9) << describe(ray);
     }
     EXPECT_LT(open, 40 * kRays);
     EXPECT_EQ(given_up, 0);
@@ -66,7 +67,8 @@ TEST(PatchOffset, RaysNearAPoleMeetItOnce) {
     if (!found.complete && glm::length(glm::cross(aside, d)) < 1e-3 * 1.5) continue;
     EXPECT_TRUE(found.complete) << describe(ray);
     ASSERT_EQ(found.roots.size(), truth.size()) << describe(ray);
-    for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR(found.roots[i].t, truth[i], 1e-9) << describe(ray);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      EXPECT_NEAR(found.roots[i].t, truth[i], 1e-9) << describe(ray);
   }
 }
 
@@ -86,7 +88,8 @@ TEST(PatchOffset, ToriLieWhereTheirTubeGrows) {
     ASSERT_EQ(found.roots.size() % 2, 0u) << describe(ray);
     for (const Root& r : found.roots) EXPECT_LT(std::fabs(implicit(r.t)), 1e-11) << describe(ray);
     std::size_t changes = 0;
-    for (int i = 0; i < 3000; ++i) changes += (implicit(40.0 * i / 3000) > 0.0) != (implicit(40.0 * (i + 1) / 3000) > 0.0);
+    for (int i = 0; i < 3000; ++i)
+      changes += (implicit(40.0 * i / 3000) > 0.0) != (implicit(40.0 * (i + 1) / 3000) > 0.0);
     EXPECT_GE(found.roots.size(), changes) << describe(ray);
   }
 }
@@ -98,21 +101,25 @@ TEST(PatchOffset, EnclosuresHoldTheSurface) {
   std::vector<dvec4> points;
   for (int i = 0; i < 20; ++i) {
     const double w = 0.5 + uniform(rng);
-    points.push_back(dvec4(w * dvec3(i / 5 + 0.5 * uniform(rng), i % 5 + 0.5 * uniform(rng), uniform(rng)), w));
+    points.push_back(
+        dvec4(w * dvec3(i / 5 + 0.5 * uniform(rng), i % 5 + 0.5 * uniform(rng), uniform(rng)), w));
   }
   Patch patch;
   patch.degree_u = 3, patch.degree_v = 4, patch.offset = 0.4, patch.size = 8.0;
   int regular = 0;
   for (int k = 0; k < 300; ++k) {
-    const double size = std::pow(2.0, -8.0 * uniform(rng)), u0 = (1.0 - size) * uniform(rng), v0 = (1.0 - size) * uniform(rng);
+    const double size = std::pow(2.0, -8.0 * uniform(rng)), u0 = (1.0 - size) * uniform(rng),
+                 v0 = (1.0 - size) * uniform(rng);
     const OffsetBox box = enclose_offset(patch, points.data(), {u0, u0 + size, v0, v0 + size});
     if (!box.regular) continue;
     ++regular;
     const auto holds = [](const Interval3& i, const dvec3& p) {
-      return i.x.lo <= p.x && p.x <= i.x.hi && i.y.lo <= p.y && p.y <= i.y.hi && i.z.lo <= p.z && p.z <= i.z.hi;
+      return i.x.lo <= p.x && p.x <= i.x.hi && i.y.lo <= p.y && p.y <= i.y.hi && i.z.lo <= p.z &&
+             p.z <= i.z.hi;
     };
     for (int n = 0; n < 10; ++n) {
-      const OffsetJet jet = offset_jet(patch, points.data(), u0 + size * uniform(rng), v0 + size * uniform(rng));
+      const OffsetJet jet =
+          offset_jet(patch, points.data(), u0 + size * uniform(rng), v0 + size * uniform(rng));
       EXPECT_TRUE(holds(box.normal, box.frame * jet.normal));
       EXPECT_TRUE(holds(box.px, box.frame * (size * jet.pu)));
       EXPECT_TRUE(holds(box.py, box.frame * (size * jet.pv)));

@@ -1,5 +1,5 @@
-// The patch kernel on patches without closed form, against a search that shares nothing with it: own evaluation by
-// de Casteljau, Newton from every cell of a fine grid.
+// The patch kernel on patches without closed form, against a search that shares nothing with it: own
+// evaluation by de Casteljau, Newton from every cell of a fine grid.
 #include <gtest/gtest.h>
 
 #include <hwy/targets.h>
@@ -21,7 +21,8 @@ Net random_net(std::mt19937& rng, int du, int dv, double bump, bool rational) {
   Net net{du, dv, {}};
   for (int i = 0; i <= du; ++i)
     for (int j = 0; j <= dv; ++j) {
-      const dvec3 p(double(i) / du + 0.3 * noise(rng) / du, double(j) / dv + 0.3 * noise(rng) / dv, bump * noise(rng));
+      const dvec3 p(double(i) / du + 0.3 * noise(rng) / du, double(j) / dv + 0.3 * noise(rng) / dv,
+                    bump * noise(rng));
       const double w = rational ? weight(rng) : 1.0;
       net.h.push_back(dvec4(p * w, w));
     }
@@ -60,9 +61,8 @@ struct Grid {
         for (int k = 0; k < 4; ++k) box.add(points[(i + k / 2) * (kCells + 1) + j + k % 2]);
         if (glm::length(glm::cross(box.center() - ray.org, ray.dir)) > 0.8 * box.diagonal()) continue;
         dvec2 x((i + 0.5) / kCells, (j + 0.5) / kCells);
-        if (newton(ray, x) && std::none_of(found.begin(), found.end(), [&](const dvec2& f) {
-              return glm::length(f - x) < 1e-6;
-            }))
+        if (newton(ray, x) && std::none_of(found.begin(), found.end(),
+                                           [&](const dvec2& f) { return glm::length(f - x) < 1e-6; }))
           found.push_back(x);
       }
     return found;
@@ -98,14 +98,16 @@ void compare(const Net& net, std::mt19937& rng, int rays) {
   for (int k = 0; k < rays; ++k) {
     // Half of the rays run along the sheet and meet it several times.
     const double steep = k % 2 ? 1.0 : 0.1;
-    const dvec3 a(uniform(rng), uniform(rng), steep * (uniform(rng) - 0.5)), b(uniform(rng), uniform(rng), -0.5 * steep);
+    const dvec3 a(uniform(rng), uniform(rng), steep * (uniform(rng) - 0.5)),
+        b(uniform(rng), uniform(rng), -0.5 * steep);
     const Ray ray{a + 3.0 * (a - b), glm::normalize(b - a)};
     const std::vector<Root> roots = every_root(made.set, ray, 1.5);
     for (const Root& r : roots) {
       const double u = r.uv_face.x, v = r.uv_face.y, h = 1e-9;
       const dvec3 p = point(net, u, v);
       // Where tiny weights make the surface run fast, the last bit of u and v is worth more.
-      const double speed = (glm::length(point(net, u + h, v) - p) + glm::length(point(net, u, v + h) - p)) / h;
+      const double speed =
+          (glm::length(point(net, u + h, v) - p) + glm::length(point(net, u, v + h) - p)) / h;
       EXPECT_LT(glm::length(p - (ray.org + r.t * ray.dir)), 1e-11 + 1e-15 * speed) << describe(ray);
     }
     // Neighbouring crossings of one sheet go opposite ways only where it is closed; in uv they are distinct.
@@ -116,14 +118,16 @@ void compare(const Net& net, std::mt19937& rng, int rays) {
     }
     for (std::size_t i = 0; i < roots.size(); ++i)
       for (std::size_t j = i + 1; j < roots.size(); ++j)
-        EXPECT_TRUE(glm::length(roots[i].uv_face - roots[j].uv_face) > 1e-9 || roots[i].sign != roots[j].sign);
+        EXPECT_TRUE(glm::length(roots[i].uv_face - roots[j].uv_face) > 1e-9 ||
+                    roots[i].sign != roots[j].sign);
   }
 }
 
 TEST(PatchRandom, FindsWhatADenseSearchFinds) {
   std::mt19937 rng(11);
   for (int k = 0; k < 6; ++k) compare(random_net(rng, 3, 3, 0.4, k % 2 == 1), rng, 120);
-  for (const auto& [du, dv] : {std::pair(1, 1), std::pair(2, 4), std::pair(5, 1), std::pair(13, 1), std::pair(6, 10)})
+  for (const auto& [du, dv] :
+       {std::pair(1, 1), std::pair(2, 4), std::pair(5, 1), std::pair(13, 1), std::pair(6, 10)})
     compare(random_net(rng, du, dv, 0.4, du % 2 == 0), rng, 60);
 }
 
@@ -151,7 +155,8 @@ RayLanes lanes_at(std::mt19937& rng, const Box3& box) {
   RayLanes rays = {};
   for (int k = 0; k < kLanes; ++k) {
     const auto inside = [&] {
-      return box.lower + dvec3(uniform(rng), uniform(rng), uniform(rng)) * (1.2 * box.extent()) - 0.1 * box.extent();
+      return box.lower + dvec3(uniform(rng), uniform(rng), uniform(rng)) * (1.2 * box.extent()) -
+             0.1 * box.extent();
     };
     const dvec3 a = inside(), d = glm::normalize(inside() - a), o = a - 5.0 * d;
     rays.org_x[k] = o.x, rays.org_y[k] = o.y, rays.org_z[k] = o.z;
@@ -208,7 +213,8 @@ TEST(PatchSolve, ALanesBitsDependOnNothingElse) {
       rays.active = 0xff;
       RootLanes all;
       made.set.solve(static_cast<std::int32_t>(leaf), rays, all);
-      for (const std::int64_t target : {std::int64_t{0}, std::int64_t{HWY_AVX2}, std::int64_t{HWY_STATIC_TARGET}})
+      for (const std::int64_t target :
+           {std::int64_t{0}, std::int64_t{HWY_AVX2}, std::int64_t{HWY_STATIC_TARGET}})
         for (int i = 0; i < kLanes; ++i) {
           // Alone in its register, and on every instruction set.
           if (target != 0 && (hwy::SupportedTargets() & target) == 0) continue;
@@ -229,8 +235,8 @@ TEST(PatchSolve, ALanesBitsDependOnNothingElse) {
   }
 }
 
-// Lines that touch the surface, or pass beside it by 1e-1 ... 1e-8 of its size: misses are proven in lanes, roots
-// never denied.
+// Lines that touch the surface, or pass beside it by 1e-1 ... 1e-8 of its size: misses are proven in lanes,
+// roots never denied.
 TEST(PatchSolve, GrazingLinesAreProvenToMiss) {
   std::mt19937 rng(14);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -243,7 +249,8 @@ TEST(PatchSolve, GrazingLinesAreProvenToMiss) {
       const double u = uniform(rng), v = uniform(rng), h = 1e-5;
       const dvec3 p = point(net, u, v), pu = point(net, u + h, v) - p, pv = point(net, u, v + h) - p;
       const double turn = 6.3 * uniform(rng), aside = std::pow(10.0, -1.0 - 7.0 * uniform(rng));
-      const dvec3 d = glm::normalize(std::cos(turn) * glm::normalize(pu) + std::sin(turn) * glm::normalize(pv));
+      const dvec3 d =
+          glm::normalize(std::cos(turn) * glm::normalize(pu) + std::sin(turn) * glm::normalize(pv));
       const dvec3 normal = glm::normalize(glm::cross(pu, pv));
       const Ray ray{p + (k % 2 ? aside : -aside) * normal - 3.0 * d, d};
       RayLanes lanes = {};
@@ -271,7 +278,8 @@ TEST(PatchSolve, GrazingLinesAreProvenToMiss) {
 int given_up(const PatchSet& set, const Ray& ray, std::size_t& roots) {
   int count = 0;
   std::vector<Root> found;
-  for (std::size_t k = 0; k < set.leaves().size(); ++k) count += !set.all_roots(static_cast<std::int32_t>(k), ray, found);
+  for (std::size_t k = 0; k < set.leaves().size(); ++k)
+    count += !set.all_roots(static_cast<std::int32_t>(k), ray, found);
   for (const Root& r : found) EXPECT_TRUE(std::isfinite(r.t));
   roots = found.size();
   return count;

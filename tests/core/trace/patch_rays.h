@@ -17,7 +17,8 @@ namespace trimray::trace {
 struct Made {
   nurbs::NurbsStore store;
   PatchSet set;
-  explicit Made(const nurbs::FaceSpec& face) : store(nurbs::make_store(std::span(&face, 1))), set(make_set()) {}
+  explicit Made(const nurbs::FaceSpec& face)
+      : store(nurbs::make_store(std::span(&face, 1))), set(make_set()) {}
 
  private:
   PatchSet make_set() const {
@@ -87,13 +88,14 @@ inline Traced trace_leaves(const PatchSet& set, const Ray& ray, double diagonal)
   }
   std::sort(roots.begin(), roots.end(), [](const Root& a, const Root& b) { return a.t < b.t; });
   for (const Root& r : roots)
-    if (std::none_of(traced.roots.begin(), traced.roots.end(), [&](const Root& o) { return same_root(r, o, diagonal); }))
+    if (std::none_of(traced.roots.begin(), traced.roots.end(),
+                     [&](const Root& o) { return same_root(r, o, diagonal); }))
       traced.roots.push_back(r);
   return traced;
 }
 
-// Random lines whose distance from a centre is spread over [0, reach]; a third of them pass a distance between
-// 1e-1 and 1e-7 of `rim` within it.
+// Random lines whose distance from a centre is spread over [0, reach]; a third of them pass a distance
+// between 1e-1 and 1e-7 of `rim` within it.
 inline Ray random_ray(std::mt19937& rng, const dvec3& center, double reach, double rim) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0.0, 1.0);

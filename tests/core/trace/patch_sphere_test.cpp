@@ -21,7 +21,8 @@ std::vector<double> sphere_roots(const Ray& ray, const dvec3& center, double rad
   return {-b - std::sqrt(disc), -b + std::sqrt(disc)};
 }
 
-void check_ray(const PatchSet& set, const Ray& ray, const std::vector<double>& truth, double scale, double& worst) {
+void check_ray(const PatchSet& set, const Ray& ray, const std::vector<double>& truth, double scale,
+               double& worst) {
   const Traced traced = trace_leaves(set, ray, scale);
   const std::vector<Root>& roots = traced.roots;
   EXPECT_TRUE(traced.complete);
@@ -102,7 +103,8 @@ TEST(PatchClosedForm, CylinderHasExactlyItsRoots) {
     if (disc > 0.0)
       for (double t : {-b - std::sqrt(disc), -b + std::sqrt(disc)}) {
         const double z = glm::dot(ray.org + t * ray.dir - kFrame.location, kFrame.z_axis);
-        at_rim = at_rim || std::fabs(std::fabs(z) - 10.0) < 0.01;  // beyond its ends the tube goes on a little
+        at_rim =
+            at_rim || std::fabs(std::fabs(z) - 10.0) < 0.01;  // beyond its ends the tube goes on a little
         if (std::fabs(z) < 10.0) truth.push_back(t);
       }
     if (at_rim || truth.size() == 1) continue;
@@ -134,7 +136,8 @@ TEST(PatchClosedForm, TorusRootsLieOnItInEvenNumbersAndAgreeWithTheQuartic) {
     for (int i = 0; i < kGrid; ++i)
       changes += (implicit(45.0 * i / kGrid) > 0.0) != (implicit(45.0 * (i + 1) / kGrid) > 0.0);
     EXPECT_GE(roots.size(), changes) << describe(ray);
-    for (std::size_t i = 0; i < roots.size(); ++i) EXPECT_EQ(roots[i].sign, i % 2 == 0 ? -1 : 1) << describe(ray);
+    for (std::size_t i = 0; i < roots.size(); ++i)
+      EXPECT_EQ(roots[i].sign, i % 2 == 0 ? -1 : 1) << describe(ray);
   }
 }
 
