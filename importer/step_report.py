@@ -6,7 +6,7 @@ from typing import Any
 from OCP.Interface import Interface_CheckIterator
 from OCP.StepShape import StepShape_FaceSurface
 
-from .report import Report, Severity
+from .report import Report, Severity, changes_shape
 from .step_text import StepText
 
 # Warnings of the transfer that say nothing about the geometry.
@@ -45,6 +45,8 @@ class StepAudit:
             message = _text(check.CFail(index))
             if not message.startswith("Parameter #"):  # of the header
                 self.report.add("", "syntax", message, "warning")
+        for spline in self.text.knot_defects():
+            self.report.add(f"#{spline.id}", "knots", spline.kind, "warning")
         groups: dict[tuple[str, str], list[int]] = {}
         is_error = self.model.IsErrorEntity
         for number in [n for n in range(1, self.model.NbEntities() + 1) if is_error(n)]:
@@ -75,6 +77,8 @@ class StepAudit:
                         if not m.strip().startswith(_HARMLESS) and m.strip()
                     ]
                     kept = [m for m in kept if not any(word in m for word in _HARMLESS)]
+                    if severity == self.changed and not changes_shape(kept):
+                        severity = "note"
                     if kept:
                         self.report.add(
                             self._label(number), self._kind(number), "; ".join(kept[:3]), severity

@@ -1,5 +1,6 @@
 """What the text of a STEP file says before OpenCascade interprets it: header, faces, references, its end."""
 
+import itertools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,6 +23,14 @@ _FILE_NAME = re.compile(rb"FILE_NAME\s*\((.*?)\)\s*;", re.DOTALL)
 _STRING = re.compile(rb"'((?:[^']|'')*)'")
 _DOCUMENT = re.compile(rb"=\s*DOCUMENT_FILE\s*\(\s*'((?:[^']|'')*)'")
 _FILE_SUFFIX = re.compile(r"\.(?:stp|step|stpz|p21)\Z", re.IGNORECASE)
+
+
+# A record with a run of lists of numbers behind _WITH_KNOTS: multiplicities, then knots.
+_KNOTS = re.compile(
+    rb"#(\d+)\s*=(?=[^;#]*(?:BOUNDED_|B_SPLINE_))[^;]*?_WITH_KNOTS\s*\("
+    rb"[^;]*?((?:\([-+\d.,Ee\s]+\)\s*,\s*)+)\.[A-Z_]+\.\s*\)"
+)
+_LIST = re.compile(rb"\(([-+\d.,Ee\s]+)\)")
 
 
 @dataclass(frozen=True)
@@ -97,6 +106,28 @@ class StepText:
             return []
         names = [m[1].decode("utf-8", "replace") for m in _DOCUMENT.finditer(self.data)]
         return [name for name in dict.fromkeys(names) if _FILE_SUFFIX.search(name)]
+
+    def knot_defects(self) -> Iterator[FaceText]:
+        """Splines whose knots do not ascend or do not fit their multiplicities, each with what is wrong as
+        its kind. OpenCascade reads such knots as something else, without a word."""
+        if b"_WITH_KNOTS" not in self.data:
+            return
+        for match in _KNOTS.finditer(self.data):
+            lists = _LIST.findall(match[2])
+            half = len(lists) // 2
+            for multiplicities, knots in zip(lists[:half], lists[half : 2 * half], strict=True):
+                try:
+                    values = [float(x) for x in knots.split(b",")]
+                except ValueError:
+                    continue
+                defect = ""
+                if multiplicities.count(b",") + 1 != len(values):
+                    defect = f"{len(values)} knots, but {multiplicities.count(b',') + 1} multiplicities"
+                elif any(b <= a for a, b in itertools.pairwise(values)):
+                    defect = "its knots do not ascend"
+                if defect:
+                    yield FaceText(int(match[1]), defect)
+                    break
 
     def record(self, number: int) -> bytes:
         """Text of record #number up to its semicolon, b"" when there is none."""
