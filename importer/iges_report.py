@@ -4,7 +4,7 @@ from typing import Any
 
 from . import iges_text
 from .iges_text import Entity, IgesText
-from .report import Report, Severity
+from .report import Report, Severity, changes_shape
 from .step_report import checks
 
 # Where the surface of a trimmed or bounded one stands among the parameters.
@@ -53,6 +53,8 @@ class IgesAudit:
         for number, fails, warnings in checks(process.CheckList(False)):
             found: list[tuple[list[str], Severity]] = [(fails, "warning"), (warnings, self.changed)]
             for messages, severity in found:
+                if severity == self.changed and not changes_shape(messages):
+                    severity = "note"
                 if messages:
                     reason = "; ".join(dict.fromkeys(messages[:3]))
                     self.report.add(f"D{2 * number - 1}", self._kind(number), reason, severity)

@@ -29,7 +29,8 @@ def read_model(
         decides where the content does not); a cadquery, build123d or OCP shape, which is taken as it is, in
         this process, so that the other arguments do not apply.
     heal: "default" is what OpenCascade's readers do; "off" leaves the file's geometry alone; "strict" is
-        "default", but every face that was changed beyond tolerance or is invalid is an error in the report.
+        "default", but every face that was changed beyond tolerance or is invalid is an error in the report;
+        seams added and curves split, which change no point, stay notes.
     precision: mm; nearer points are taken as equal, and IGES faces are sewn within it. Default: the file's.
     time_limit: seconds of wall clock, process start included. memory_limit: bytes of resident memory of the
         reading process, which needs about 300 MiB before it has read anything. There is no limit by default.

@@ -12,6 +12,21 @@ Severity = Literal["error", "warning", "note"]
 kMaxIssues = 2000
 
 
+# What healing says when the same points are only drawn another way: no change of any shape.
+_SAME_SHAPE = (
+    "Missing seam-edge added",
+    "Surface forced to be periodic",
+    "Surface is made periodic",
+    "was split into C1 continuity",
+    "C0continuous",
+)
+
+
+def changes_shape(messages: list[str]) -> bool:
+    """Does one of the messages of healing tell of more than another way to draw the same points?"""
+    return not all(any(harmless in message for harmless in _SAME_SHAPE) for message in messages)
+
+
 @dataclass(frozen=True)
 class Issue:
     """One face or entity that was lost, not understood, or changed.

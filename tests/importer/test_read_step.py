@@ -205,12 +205,19 @@ def test_healing_policies_keep_all_faces(read_here, real_model, heal):
 
 
 def test_strict_reports_what_default_notes(read_here, real_model):
-    path = real_model("dodgy-step-files/Tfa005.stp")
+    path = real_model("partcad+partcad/AeroAssembly.step")
     default, strict = read_here(path).report["issues"], read_here(path, heal="strict").report["issues"]
     assert not [i for i in default if i["severity"] == "error"]
     assert [
-        i for i in strict if i["severity"] == "error" and i["reason"].startswith("Missing seam-edge added")
+        i for i in strict if i["severity"] == "error" and i["reason"].startswith("Edges were intersecting")
     ]
+
+
+def test_strict_takes_an_added_seam_for_no_change(read_here, real_model):
+    issues = read_here(real_model("CadQuery+cadquery/red_cube_blue_cylinder.step"), heal="strict").report[
+        "issues"
+    ]
+    assert [(i["reason"], i["severity"]) for i in issues] == [("Missing seam-edge added", "note")]
 
 
 @pytest.mark.parametrize("keep", [0.3, 0.6, 0.95])
