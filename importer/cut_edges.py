@@ -18,7 +18,9 @@ def cut_edges(faces: list[TopoDS_Shape], tolerance: float) -> list[TopoDS_Shape]
     shapes = EdgeMap(faces)
     free = shapes.free_edges()
     corners = sorted({shapes.vertices.FindIndex(v) for index in free for v in children(shapes.edge(index))})
-    places = np.array([_place(TopoDS.Vertex_s(shapes.vertices.FindKey(corner))) for corner in corners])
+    vertices = [TopoDS.Vertex_s(shapes.vertices.FindKey(corner)) for corner in corners]
+    places = np.array([_place(vertex) for vertex in vertices], np.float64).reshape(-1, 3)
+    places = places[places[:, 0].argsort()]
     pieces: dict[int, tuple[list[TopoDS_Edge], bool]] = {}
     for index in free:
         edge = shapes.edge(index)
@@ -37,14 +39,18 @@ def _place(vertex: TopoDS_Vertex) -> tuple[float, float, float]:
 
 
 def _cuts(curve: SpaceCurve, corners: Points, tolerance: float) -> list[float]:
-    """Parameters in order at which corners lie on the inside of the curve."""
+    """Parameters in order at which corners (sorted by x) lie on the inside of the curve."""
     points = curve.even(_SAMPLES)
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     if not np.isfinite(lengths).all() or not lengths.sum() > 2.0 * _SHORTEST * tolerance:
         return []
     bulge = tolerance + 0.25 * float(lengths.max())  # a smooth curve stays that near to its chords
-    inside = (corners >= points.min(axis=0) - bulge) & (corners <= points.max(axis=0) + bulge)
+    low, high = points.min(axis=0) - bulge, points.max(axis=0) + bulge
+    corners = corners[
+        np.searchsorted(corners[:, 0], low[0]) : np.searchsorted(corners[:, 0], high[0], "right")
+    ]
+    inside = (corners >= low) & (corners <= high)
     least = _SHORTEST * tolerance
     found: list[tuple[float, Points]] = []
     for corner in corners[inside.all(axis=1)]:

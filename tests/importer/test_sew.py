@@ -84,6 +84,12 @@ def test_corner_cuts_the_edge_that_it_lies_on():
     assert worst_same_parameter(joined) < 1e-9
 
 
+def test_faces_without_free_edges_stay_the_same():
+    faces = make.faces(make.box())
+    assert cut_edges(faces, 1e-3) is faces
+    assert join_matching_edges(faces, 1e-3) is faces
+
+
 def test_edges_farther_apart_than_tolerance_stay_apart():
     faces = [rectangle(0, 10, 0, 10), rectangle(0, 10, 10.01, 20)]
     assert join_matching_edges(faces, 5e-3) == faces
