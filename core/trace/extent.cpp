@@ -31,6 +31,7 @@ using nurbs::SurfaceKind;
 constexpr int kDirections = 1024;
 constexpr int kCurveSteps = 8;      // per Bezier piece of an edge
 constexpr int kMaxGridSteps = 40;   // per direction of a face
+constexpr double kAbsurd = 1e9;     // times the size of a model's median edge or face
 
 // Samples of one edge piece or of one face's inside; the neighbours of a sample are at most `gap` away.
 struct Samples {
@@ -185,6 +186,7 @@ class Outline {
       }
     });
     std::erase_if(samples_, [](const Samples& s) { return s.points.empty(); });
+    drop_absurd();
   }
 
   bool empty() const { return samples_.empty(); }
@@ -238,6 +240,25 @@ class Outline {
       if (store_.faces[face].status == nurbs::FaceStatus::kOk) return true;
     }
     return false;
+  }
+
+  // Leaves out what is so large or so far out that nothing else could be seen beside it: damage, not design.
+  void drop_absurd() {
+    if (samples_.empty()) return;
+    const auto median = [&](const auto& value) {
+      std::vector<double> values;
+      for (const Samples& s : samples_) values.push_back(value(s.box));
+      const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+      std::nth_element(values.begin(), middle, values.end());
+      return *middle;
+    };
+    std::erase_if(samples_, [](const Samples& s) { return !std::isfinite(s.box.diagonal()); });
+    if (samples_.empty()) return;
+    const double limit = kAbsurd * median([](const Box3& b) { return b.diagonal(); });
+    const dvec3 middle(median([](const Box3& b) { return b.center().x; }), median([](const Box3& b) { return b.center().y; }),
+                       median([](const Box3& b) { return b.center().z; }));
+    if (!(limit > 0.0)) return;
+    std::erase_if(samples_, [&](const Samples& s) { return !(glm::distance(s.box.center(), middle) + s.box.diagonal() <= limit); });
   }
 
   static double reach(const Box3& box, const dvec3& d) {

@@ -13,6 +13,8 @@ namespace trimray::trace {
 // grid that reaches farther than everything else is not promised to be seen.
 // points: on the model, the farthest in each of 1024 directions and on each side of bounds; what a
 // camera is fitted to. A round outline between two of the directions stands out by at most 0.3 % of its radius.
+// What lies a billion times the size of the median edge or face away from the rest counts for neither: one face
+// with damaged coordinates must not blank a model.
 // Both are empty when no face can be drawn.
 struct Extent {
   Box3 bounds;

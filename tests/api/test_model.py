@@ -306,6 +306,17 @@ def test_translucent_faces_show_what_is_behind() -> None:
     )
 
 
+def test_an_absurd_face_does_not_blank_the_model() -> None:
+    """Bounds and picture are of the rest."""
+    cq = pytest.importorskip("cadquery")
+    block = cq.Workplane().box(10, 20, 30, centered=False).val()
+    for huge in (cq.Face.makePlane(1e13, 1e13), cq.Face.makePlane(1, 1).translate(cq.Vector(0, 0, 1e14))):
+        model = trimray.load(cq.Compound.makeCompound([block, huge]))
+        assert model.bounds == pytest.approx(np.array([(0, 0, 0), BOX]), abs=1e-6)
+        face = model.render((48, 48), samples=1, aovs=("face",))["face"]
+        assert set(range(6)) & set(face.ravel().tolist()) and np.isin(face, range(6)).mean() > 0.3
+
+
 def test_time_limit_of_a_render(sphere: trimray.Model) -> None:
     with pytest.raises(trimray.TimeLimitError, match="took longer"):
         sphere.render((2000, 2000), samples=64, time_limit=0.1)
