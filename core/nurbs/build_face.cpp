@@ -43,7 +43,7 @@ class FaceBuilder {
   }
 
   FaceWork run() {
-    out_.reversed = face_.reversed != (glm::determinant(placement_.linear) < 0.0);
+    out_.reversed = face_.reversed;
     source_ = read_surface(model_, data_.surface, placement_);
     out_.status = source_.status;
     if (out_.status == FaceStatus::kOk) trim();

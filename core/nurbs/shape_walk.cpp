@@ -24,7 +24,7 @@ class Walker {
   Walker(const brep::Model& model) : model_(model) { transform_index({}); }
 
   Walk run(std::int32_t root) {
-    visit(root, 0, false, -1, 0);
+    visit(root, 0, 0, false, -1, 0);
     return std::move(walk_);
   }
 
@@ -69,10 +69,12 @@ class Walker {
     return same;
   }
 
-  void visit(std::int32_t shape, std::int32_t transform, bool reversed, std::int32_t shell, int depth) {
+  // outer: the transform of what holds the shape.
+  void visit(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed, std::int32_t shell,
+             int depth) {
     if (depth > kMaxDepth || ++uses_ > kMaxUses) throw FormatError("B-rep: the shapes nest too deep");
     const brep::Shape& s = model_.shapes[shape];
-    if (s.kind == ShapeKind::kFace) return face(shape, transform, reversed, shell);
+    if (s.kind == ShapeKind::kFace) return face(shape, transform, outer, reversed, shell);
     if (s.kind == ShapeKind::kWire || s.kind == ShapeKind::kEdge || s.kind == ShapeKind::kVertex) return;
     const bool own = s.kind == ShapeKind::kShell;
     if (own) {
@@ -81,13 +83,17 @@ class Walker {
       walk_.shells.push_back({at, at});
     }
     for (const brep::ShapeUse& use : s.children)
-      visit(use.shape, placed(transform, use.location), reversed != turned(use.orientation), shell, depth + 1);
+      visit(use.shape, placed(transform, use.location), transform, reversed != turned(use.orientation), shell,
+            depth + 1);
     if (own) walk_.shells[shell].end = static_cast<std::int32_t>(walk_.faces.size());
   }
 
-  void face(std::int32_t shape, std::int32_t transform, bool reversed, std::int32_t shell) {
+  void face(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed, std::int32_t shell) {
     WalkFace f;
-    f.shape = shape, f.transform = transform, f.reversed = reversed, f.shell = shell;
+    f.shape = shape, f.transform = transform, f.shell = shell;
+    // A mirrored shell or solid turns its faces; a face's own location does not, since its orientation speaks of
+    // the surface as placed.
+    f.reversed = reversed != (glm::determinant(walk_.transforms[outer].linear) < 0.0);
     if (shell < 0) {
       f.shell = static_cast<std::int32_t>(walk_.shells.size());
       const std::int32_t at = static_cast<std::int32_t>(walk_.faces.size());
