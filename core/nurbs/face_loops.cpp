@@ -65,7 +65,9 @@ class LoopCloser {
       for (std::size_t i = 0; i < wire.size(); ++i) {
         if (last.end_vertex >= 0 && wire[i].start_vertex >= 0 && wire[i].start_vertex != last.end_vertex) continue;
         const dvec2 gap = start_uv(wire[i].coedge) - at;
-        const double cost = std::min(distance(gap), 1e-3 + distance(unwrapped(gap)));
+        double cost = std::min(distance(gap), 1e-3 + distance(unwrapped(gap)));
+        // Straight back along a seam only when nothing else begins here: the rim comes between its two uses.
+        if (wire[i].coedge.edge == last.coedge.edge) cost += 1.0;
         if (cost < best_cost) best = i, best_cost = cost;
         if (i == 0 && cost < 1e-6) break;
       }
