@@ -1,15 +1,17 @@
-// Eight doubles that compute alike on every machine. The only file of the project that names instruction sets.
+// Eight doubles that compute alike on every machine. The only file of the project that names instruction
+// sets.
 //
 // Included inside Highway's foreach_target loop, once a target: each pass defines Lanes and Mask in
-// trimray::HWY_NAMESPACE. kWidth lanes per Lanes: 8 with AVX-512, 4 with AVX2, one double of plain C++ where the
-// machine has no fused multiply-add. mul_add is fused everywhere and division and sqrt are IEEE, so a lane's
-// bits depend neither on the machine nor on the other lanes.
+// trimray::HWY_NAMESPACE. kWidth lanes per Lanes: 8 with AVX-512, 4 with AVX2, one double of plain C++ where
+// the machine has no fused multiply-add. mul_add is fused everywhere and division and sqrt are IEEE, so a
+// lane's bits depend neither on the machine nor on the other lanes.
 //
 //   #include "core/base/simd.h"
 //   #define HWY_TARGET_INCLUDE "core/.../this_file.cpp"
 //   #include <hwy/foreach_target.h>
 //   #include "core/base/simd.h"
-// The first inclusion only chooses the targets; so include this file before foreach_target.h and again after it.
+// The first inclusion only chooses the targets; so include this file before foreach_target.h and again after
+// it.
 #ifndef TRIMRAY_SIMD_TARGETS_
 #define TRIMRAY_SIMD_TARGETS_
 // Between the fallback and AVX2 nothing has fused multiply-add: SSSE3 and SSE4 would only cost build time.
@@ -53,7 +55,7 @@ HWY_INLINE Lanes operator+(Lanes a, Lanes b) { return hn::Add(a.v, b.v); }
 HWY_INLINE Lanes operator-(Lanes a, Lanes b) { return hn::Sub(a.v, b.v); }
 HWY_INLINE Lanes operator*(Lanes a, Lanes b) { return hn::Mul(a.v, b.v); }
 HWY_INLINE Lanes operator/(Lanes a, Lanes b) { return hn::Div(a.v, b.v); }
-HWY_INLINE Lanes mul_add(Lanes a, Lanes b, Lanes c) { return hn::MulAdd(a.v, b.v, c.v); }       // a b + c
+HWY_INLINE Lanes mul_add(Lanes a, Lanes b, Lanes c) { return hn::MulAdd(a.v, b.v, c.v); }         // a b + c
 HWY_INLINE Lanes neg_mul_add(Lanes a, Lanes b, Lanes c) { return hn::NegMulAdd(a.v, b.v, c.v); }  // c - a b
 HWY_INLINE Lanes abs(Lanes a) { return hn::Abs(a.v); }
 HWY_INLINE Lanes sqrt(Lanes a) { return hn::Sqrt(a.v); }

@@ -16,7 +16,8 @@ using nurbs::CurvePiece;
 using nurbs::NurbsStore;
 
 // Seconds of Scene::cast alone, and its counters.
-nb::typed<nb::dict, nb::str, nb::any> measure_cast(const trace::Scene& scene, const In2<double, 3>& org, const In2<double, 3>& dir, int threads) {
+nb::typed<nb::dict, nb::str, nb::any> measure_cast(const trace::Scene& scene, const In2<double, 3>& org,
+                                                   const In2<double, 3>& dir, int threads) {
   const std::size_t n = std::min(org.shape(0), dir.shape(0));
   std::vector<trace::Ray> rays(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -45,7 +46,8 @@ nb::typed<nb::dict, nb::str, nb::any> measure_cast(const trace::Scene& scene, co
 
 // A point of a rational Bezier piece, x in [0, 1], by de Casteljau.
 dvec3 piece_point(const NurbsStore& store, const CurvePiece& piece, double x) {
-  std::vector<dvec4> c(store.edge_ctrl_h.begin() + piece.ctrl.begin, store.edge_ctrl_h.begin() + piece.ctrl.end);
+  std::vector<dvec4> c(store.edge_ctrl_h.begin() + piece.ctrl.begin,
+                       store.edge_ctrl_h.begin() + piece.ctrl.end);
   for (std::size_t n = c.size(); n > 1; --n) {
     for (std::size_t i = 0; i + 1 < n; ++i) c[i] = (1.0 - x) * c[i] + x * c[i + 1];
   }
@@ -78,12 +80,17 @@ Out<double> edge_points(const NurbsStore& store, int per_edge) {
 }  // namespace
 
 void bind_measure(nb::module_& m) {
-  m.def("near_edge", [](const trace::Scene& scene, std::array<double, 3> org, std::array<double, 3> dir, double tmax) {
-          const trace::Ray ray{{org[0], org[1], org[2]}, glm::normalize(dvec3(dir[0], dir[1], dir[2])), 0.0, tmax};
-          return scene.near_edge(ray);
-        }, nb::arg("scene"), nb::arg("org"), nb::arg("dir"), nb::arg("tmax"),
-        "Does the ray pass an edge within its band before tmax (mm)?");
-  m.def("measure_cast", &measure_cast, nb::arg("scene"), nb::arg("org"), nb::arg("dir"), nb::arg("threads") = 0,
+  m.def(
+      "near_edge",
+      [](const trace::Scene& scene, std::array<double, 3> org, std::array<double, 3> dir, double tmax) {
+        const trace::Ray ray{
+            {org[0], org[1], org[2]}, glm::normalize(dvec3(dir[0], dir[1], dir[2])), 0.0, tmax};
+        return scene.near_edge(ray);
+      },
+      nb::arg("scene"), nb::arg("org"), nb::arg("dir"), nb::arg("tmax"),
+      "Does the ray pass an edge within its band before tmax (mm)?");
+  m.def("measure_cast", &measure_cast, nb::arg("scene"), nb::arg("org"), nb::arg("dir"),
+        nb::arg("threads") = 0,
         "Seconds of casting alone, without any copying, and the counters of the call.");
   m.def("edge_points", &edge_points, nb::arg("store"), nb::arg("per_edge") = 2,
         "(n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance.");

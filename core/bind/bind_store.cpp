@@ -23,10 +23,11 @@ std::span<const std::byte> bytes_of(const nb::bytes& b) {
   return {reinterpret_cast<const std::byte*>(b.c_str()), b.size()};
 }
 
-StorePtr build(const nb::bytes& brep, const In1<std::int32_t>& prototype_shapes, const In2<float, 4>& prototype_colors,
-               const In1<std::int32_t>& face_color_shapes, const In2<float, 4>& face_colors,
-               const In1<std::int32_t>& instance_prototypes, const In2<double, 12>& instance_placements,
-               const In2<float, 4>& instance_colors, std::string meta) {
+StorePtr build(const nb::bytes& brep, const In1<std::int32_t>& prototype_shapes,
+               const In2<float, 4>& prototype_colors, const In1<std::int32_t>& face_color_shapes,
+               const In2<float, 4>& face_colors, const In1<std::int32_t>& instance_prototypes,
+               const In2<double, 12>& instance_placements, const In2<float, 4>& instance_colors,
+               std::string meta) {
   nurbs::BuildInput input;
   input.prototype_shapes = vector(prototype_shapes);
   input.prototype_colors = vector(prototype_colors);
@@ -94,7 +95,8 @@ Out<double> placements(const NurbsStore& store) {
 
 Out<std::int32_t> prototype_faces(const NurbsStore& store) {
   std::vector<std::int32_t> values;
-  for (const nurbs::Prototype& p : store.prototypes) values.insert(values.end(), {p.faces.begin, p.faces.end});
+  for (const nurbs::Prototype& p : store.prototypes)
+    values.insert(values.end(), {p.faces.begin, p.faces.end});
   return array(std::move(values), {store.prototypes.size(), 2});
 }
 
@@ -122,8 +124,8 @@ std::pair<Out<double>, Out<double>> extent(const NurbsStore& store, int threads)
   return {array(std::move(bounds), {2, 3}), array(std::move(points), {e.points.size(), 3})};
 }
 
-// Places in the world that a ray may be aimed at to test parity: every vertex, and the start, middle and end of
-// every edge piece; with the numbers of closed and open shells over all instances.
+// Places in the world that a ray may be aimed at to test parity: every vertex, and the start, middle and end
+// of every edge piece; with the numbers of closed and open shells over all instances.
 std::tuple<Out<double>, std::int32_t, std::int32_t> parity_targets(const NurbsStore& store) {
   std::vector<double> points;
   std::int32_t closed = 0, open = 0;
@@ -150,48 +152,71 @@ std::tuple<Out<double>, std::int32_t, std::int32_t> parity_targets(const NurbsSt
 
 void bind_store(nb::module_& m) {
   nb::class_<NurbsStore>(m, "Store", "Every face of a model as an exact trimmed NURBS surface; immutable.")
-      .def_static("build", &build, nb::arg("brep"), nb::arg("prototype_shapes"), nb::arg("prototype_colors"),
-                  nb::arg("face_color_shapes"), nb::arg("face_colors"), nb::arg("instance_prototypes"),
-                  nb::arg("instance_placements"), nb::arg("instance_colors"), nb::arg("meta"),
-                  "From the importer's byte stream and arrays. FormatError: the stream is damaged; ArgumentError: "
-                  "the arrays do not fit it.")
+      .def_static(
+          "build", &build, nb::arg("brep"), nb::arg("prototype_shapes"), nb::arg("prototype_colors"),
+          nb::arg("face_color_shapes"), nb::arg("face_colors"), nb::arg("instance_prototypes"),
+          nb::arg("instance_placements"), nb::arg("instance_colors"), nb::arg("meta"),
+          "From the importer's byte stream and arrays. FormatError: the stream is damaged; ArgumentError: "
+          "the arrays do not fit it.")
       .def_static("load", &load, nb::arg("data"), "From what save() gave. FormatError: anything else.")
       .def("save", &save, "The store as the bytes of one file.")
-      .def_prop_ro("meta", [](const NurbsStore& s) { return s.meta; }, "The importer's JSON.")
+      .def_prop_ro(
+          "meta", [](const NurbsStore& s) { return s.meta; }, "The importer's JSON.")
       .def_prop_ro("face_count", [](const NurbsStore& s) { return s.faces.size(); })
-      .def("face_kinds", [](const NurbsStore& s) {
-             std::vector<std::string> kinds;
-             for (const nurbs::Face& f : s.faces) {
-               kinds.push_back(nurbs::kind_name(f.surface < 0 ? nurbs::SurfaceKind::kNone : s.surfaces[f.surface].kind));
-             }
-             return kinds;
-           }, "Surface kind of every face.")
-      .def("face_statuses", [](const NurbsStore& s) {
-             std::vector<std::string> reasons;
-             for (const nurbs::Face& f : s.faces) reasons.push_back(nurbs::status_reason(f.status));
-             return reasons;
-           }, "\"ok\" or the reason the face cannot be drawn.")
-      .def("face_colors", &face_colors, "(n, 4) float32, sRGB-encoded, straight alpha; red -1 where the face has none of its own.")
-      .def("face_prototypes", [](const NurbsStore& s) {
-             return face_column<std::int32_t>(s, [](const nurbs::Face& f) { return f.prototype; });
-           }, "(n,) int32.")
-      .def("face_shapes", [](const NurbsStore& s) {
-             return face_column<std::int32_t>(s, [](const nurbs::Face& f) { return f.shape; });
-           }, "(n,) int32, 1-based position in the importer's byte stream.")
-      .def("instance_prototypes", [](const NurbsStore& s) {
-             std::vector<std::int32_t> values;
-             for (const nurbs::Instance& i : s.instances) values.push_back(i.prototype);
-             const std::size_t count = values.size();
-             return array(std::move(values), {count});
-           }, "(n,) int32.")
+      .def(
+          "face_kinds",
+          [](const NurbsStore& s) {
+            std::vector<std::string> kinds;
+            for (const nurbs::Face& f : s.faces) {
+              kinds.push_back(
+                  nurbs::kind_name(f.surface < 0 ? nurbs::SurfaceKind::kNone : s.surfaces[f.surface].kind));
+            }
+            return kinds;
+          },
+          "Surface kind of every face.")
+      .def(
+          "face_statuses",
+          [](const NurbsStore& s) {
+            std::vector<std::string> reasons;
+            for (const nurbs::Face& f : s.faces) reasons.push_back(nurbs::status_reason(f.status));
+            return reasons;
+          },
+          "\"ok\" or the reason the face cannot be drawn.")
+      .def("face_colors", &face_colors,
+           "(n, 4) float32, sRGB-encoded, straight alpha; red -1 where the face has none of its own.")
+      .def(
+          "face_prototypes",
+          [](const NurbsStore& s) {
+            return face_column<std::int32_t>(s, [](const nurbs::Face& f) { return f.prototype; });
+          },
+          "(n,) int32.")
+      .def(
+          "face_shapes",
+          [](const NurbsStore& s) {
+            return face_column<std::int32_t>(s, [](const nurbs::Face& f) { return f.shape; });
+          },
+          "(n,) int32, 1-based position in the importer's byte stream.")
+      .def(
+          "instance_prototypes",
+          [](const NurbsStore& s) {
+            std::vector<std::int32_t> values;
+            for (const nurbs::Instance& i : s.instances) values.push_back(i.prototype);
+            const std::size_t count = values.size();
+            return array(std::move(values), {count});
+          },
+          "(n,) int32.")
       .def("instance_placements", &placements, "(n, 3, 4) float64, prototype to world, mm.")
-      .def("instance_colors", &instance_colors, "(n, 4) float32, sRGB-encoded: of faces without a colour of their own; red -1 where there is none.")
+      .def(
+          "instance_colors", &instance_colors,
+          "(n, 4) float32, sRGB-encoded: of faces without a colour of their own; red -1 where there is none.")
       .def("prototype_faces", &prototype_faces, "(n, 2) int32: first face and one past the last.")
       .def("prototype_shells", &prototype_shells, "(n, 2) int32: closed and open shells.")
       .def("parity_targets", &parity_targets,
-           "Points (n, 3) float64, world, mm, on every vertex and edge; closed shells; open shells, over all instances.")
+           "Points (n, 3) float64, world, mm, on every vertex and edge; closed shells; open shells, over all "
+           "instances.")
       .def("extent", &extent, nb::arg("threads") = 0,
-           "Tight bounds (2, 3) float64 and outline points (n, 3) float64, world, mm; inf, -inf when nothing can be drawn.");
+           "Tight bounds (2, 3) float64 and outline points (n, 3) float64, world, mm; inf, -inf when nothing "
+           "can be drawn.");
 }
 
 }  // namespace trimray::bind

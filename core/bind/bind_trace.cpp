@@ -28,9 +28,11 @@ struct Rays {
   std::vector<double> lengths;
 };
 
-Rays read_rays(const In2<double, 3>& org, const In2<double, 3>& dir, const In1<double>& tmin, const In1<double>& tmax) {
+Rays read_rays(const In2<double, 3>& org, const In2<double, 3>& dir, const In1<double>& tmin,
+               const In1<double>& tmax) {
   const std::size_t n = org.shape(0);
-  if (dir.shape(0) != n || tmin.shape(0) != n || tmax.shape(0) != n) throw ArgumentError("ray arrays differ in length");
+  if (dir.shape(0) != n || tmin.shape(0) != n || tmax.shape(0) != n)
+    throw ArgumentError("ray arrays differ in length");
   Rays r;
   r.rays.resize(n), r.lengths.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -40,7 +42,8 @@ Rays read_rays(const In2<double, 3>& org, const In2<double, 3>& dir, const In1<d
       throw ArgumentError("ray " + std::to_string(i) + " is not finite");
     }
     if (!(length > 0.0)) throw ArgumentError("ray " + std::to_string(i) + " has a direction of length 0");
-    if (std::isnan(tmin(i)) || std::isnan(tmax(i))) throw ArgumentError("ray " + std::to_string(i) + ": tmin or tmax is not a number");
+    if (std::isnan(tmin(i)) || std::isnan(tmax(i)))
+      throw ArgumentError("ray " + std::to_string(i) + ": tmin or tmax is not a number");
     r.lengths[i] = length;
     r.rays[i] = {o, d / length, tmin(i) * length, tmax(i) * length};
   }
@@ -64,14 +67,16 @@ HitArrays hit_arrays(const std::vector<Hit>& hits, const std::vector<double>& le
           array(std::move(uv), {n, 2}), array(std::move(normal), {n, 3})};
 }
 
-HitArrays cast(const trace::Scene& scene, const In2<double, 3>& org, const In2<double, 3>& dir, const In1<double>& tmin,
-               const In1<double>& tmax, bool reference, int threads) {
+HitArrays cast(const trace::Scene& scene, const In2<double, 3>& org, const In2<double, 3>& dir,
+               const In1<double>& tmin, const In1<double>& tmax, bool reference, int threads) {
   const Rays r = read_rays(org, dir, tmin, tmax);
   std::vector<Hit> hits(r.rays.size());
   {
     nb::gil_scoped_release release;
-    if (reference) reference::cast(scene.store(), r.rays, hits, threads);
-    else scene.cast(r.rays, hits, threads);
+    if (reference)
+      reference::cast(scene.store(), r.rays, hits, threads);
+    else
+      scene.cast(r.rays, hits, threads);
   }
   return hit_arrays(hits, r.lengths);
 }
@@ -102,8 +107,9 @@ Out<std::int32_t> count_hits(const trace::Scene& scene, const In2<double, 3>& or
 trace::Caster caster(const trace::Scene& scene, bool reference) {
   if (reference) {
     const nurbs::NurbsStore& store = scene.store();
-    return {[&store](std::span<const Ray> rays, std::span<Hit> hits) { reference::cast(store, rays, hits, 1); },
-            [&store](const Ray& ray, std::vector<Hit>& hits) { reference::cast_all(store, ray, hits); }};
+    return {
+        [&store](std::span<const Ray> rays, std::span<Hit> hits) { reference::cast(store, rays, hits, 1); },
+        [&store](const Ray& ray, std::vector<Hit>& hits) { reference::cast_all(store, ray, hits); }};
   }
   return {[&scene](std::span<const Ray> rays, std::span<Hit> hits) { scene.cast(rays, hits, 1); },
           [&scene](const Ray& ray, std::vector<Hit>& hits) { scene.cast_all(ray, hits); }};
@@ -112,20 +118,30 @@ trace::Caster caster(const trace::Scene& scene, bool reference) {
 view::Planes planes_of(const std::vector<std::string>& names) {
   view::Planes p{.color = false};
   for (const std::string& name : names) {
-    if (name == "color") p.color = true;
-    else if (name == "depth") p.depth = true;
-    else if (name == "position") p.position = true;
-    else if (name == "normal") p.normal = true;
-    else if (name == "uv") p.uv = true;
-    else if (name == "face") p.face = true;
-    else if (name == "instance") p.instance = true;
-    else throw ArgumentError("unknown AOV '" + name + "'");
+    if (name == "color")
+      p.color = true;
+    else if (name == "depth")
+      p.depth = true;
+    else if (name == "position")
+      p.position = true;
+    else if (name == "normal")
+      p.normal = true;
+    else if (name == "uv")
+      p.uv = true;
+    else if (name == "face")
+      p.face = true;
+    else if (name == "instance")
+      p.instance = true;
+    else
+      throw ArgumentError("unknown AOV '" + name + "'");
   }
   return p;
 }
 
-nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const view::Camera& camera, const std::vector<std::string>& aovs, int samples,
-                const In2<float, 4>& background, bool orientation, bool reference, int threads, trace::Progress& progress) {
+nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const view::Camera& camera,
+                                             const std::vector<std::string>& aovs, int samples,
+                                             const In2<float, 4>& background, bool orientation,
+                                             bool reference, int threads, trace::Progress& progress) {
   trace::RenderOptions options;
   options.camera = camera;
   options.planes = planes_of(aovs);
@@ -133,7 +149,8 @@ nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const vi
   options.orientation = orientation;
   options.threads = threads;
   if (background.shape(0) != 2) throw ArgumentError("background must be two colours, (2, 4)");
-  for (int c = 0; c < 4; ++c) options.background.top[c] = background(0, c), options.background.bottom[c] = background(1, c);
+  for (int c = 0; c < 4; ++c)
+    options.background.top[c] = background(0, c), options.background.bottom[c] = background(1, c);
   view::Frame f;
   {
     nb::gil_scoped_release release;
@@ -161,15 +178,19 @@ void bind_trace(nb::module_& m) {
       .def_prop_ro("cancelled", [](const trace::Progress& p) { return p.cancelled.load(); })
       .def("cancel", [](trace::Progress& p) { p.cancelled = true; });
   nb::class_<trace::Scene>(m, "Scene", "A store made ready for rays.")
-      .def("__init__", [](trace::Scene* self, std::shared_ptr<nurbs::NurbsStore> store, int threads) {
-             nb::gil_scoped_release release;
-             new (self) trace::Scene(std::move(store), threads);
-           }, nb::arg("store"), nb::arg("threads") = 0)
+      .def(
+          "__init__",
+          [](trace::Scene* self, std::shared_ptr<nurbs::NurbsStore> store, int threads) {
+            nb::gil_scoped_release release;
+            new (self) trace::Scene(std::move(store), threads);
+          },
+          nb::arg("store"), nb::arg("threads") = 0)
       .def_prop_ro("bytes", [](const trace::Scene& s) { return s.stats().bytes; })
       .def_prop_ro("leaf_boxes", [](const trace::Scene& s) { return s.stats().leaf_boxes; })
       .def_prop_ro("build_seconds", [](const trace::Scene& s) { return s.stats().build_seconds; })
-      .def("cast", &cast, nb::arg("org"), nb::arg("dir"), nb::arg("tmin"), nb::arg("tmax"), nb::arg("reference") = false,
-           nb::arg("threads") = 0, "Nearest hits: t (n,), face (n,), instance (n,), uv (n, 2), normal (n, 3).")
+      .def("cast", &cast, nb::arg("org"), nb::arg("dir"), nb::arg("tmin"), nb::arg("tmax"),
+           nb::arg("reference") = false, nb::arg("threads") = 0,
+           "Nearest hits: t (n,), face (n,), instance (n,), uv (n, 2), normal (n, 3).")
       .def("count_hits", &count_hits, nb::arg("org"), nb::arg("dir"), nb::arg("tmin"), nb::arg("tmax"),
            nb::arg("reference") = false, nb::arg("threads") = 0, "Crossings per ray, (n,) int32.")
       .def("render", &render, nb::arg("camera"), nb::arg("aovs"), nb::arg("samples"), nb::arg("background"),

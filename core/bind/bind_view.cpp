@@ -8,12 +8,16 @@ namespace trimray::bind {
 
 namespace {
 
-view::Camera fit(double azimuth_deg, double elevation_deg, view::UpAxis up, const In2<double, 3>& points, int width_px,
-                 int height_px, bool perspective, double fov_deg, double margin) {
+view::Camera fit(double azimuth_deg, double elevation_deg, view::UpAxis up, const In2<double, 3>& points,
+                 int width_px, int height_px, bool perspective, double fov_deg, double margin) {
   std::vector<dvec3> p;
   for (std::size_t i = 0; i < points.shape(0); ++i) p.push_back({points(i, 0), points(i, 1), points(i, 2)});
   return view::fit(view::look(azimuth_deg, elevation_deg, up), p,
-                   {.width_px = width_px, .height_px = height_px, .perspective = perspective, .fov_deg = fov_deg, .margin = margin});
+                   {.width_px = width_px,
+                    .height_px = height_px,
+                    .perspective = perspective,
+                    .fov_deg = fov_deg,
+                    .margin = margin});
 }
 
 Out<double> vec(const dvec3& v) { return array(std::vector<double>{v.x, v.y, v.z}, {3}); }
@@ -37,22 +41,30 @@ std::pair<Out<double>, Out<double>> rays(const view::Camera& c) {
 
 void bind_view(nb::module_& m) {
   nb::enum_<view::UpAxis>(m, "UpAxis")
-      .value("X", view::UpAxis::kX).value("Y", view::UpAxis::kY).value("Z", view::UpAxis::kZ)
-      .value("MINUS_X", view::UpAxis::kMinusX).value("MINUS_Y", view::UpAxis::kMinusY)
+      .value("X", view::UpAxis::kX)
+      .value("Y", view::UpAxis::kY)
+      .value("Z", view::UpAxis::kZ)
+      .value("MINUS_X", view::UpAxis::kMinusX)
+      .value("MINUS_Y", view::UpAxis::kMinusY)
       .value("MINUS_Z", view::UpAxis::kMinusZ);
   nb::class_<view::Camera>(m, "Camera", "Where the rays of a picture start and go.")
-      .def_static("fit", &fit, nb::arg("azimuth_deg"), nb::arg("elevation_deg"), nb::arg("up"), nb::arg("points"),
-                  nb::arg("width_px"), nb::arg("height_px"), nb::arg("perspective"), nb::arg("fov_deg"),
-                  nb::arg("margin"), "Fitted to points (n, 3) float64, mm.")
-      .def_prop_ro("eye", [](const view::Camera& c) { return vec(c.eye); }, "(3,) float64, mm.")
-      .def_prop_ro("right", [](const view::Camera& c) { return vec(c.right); }, "(3,) float64, unit.")
-      .def_prop_ro("up", [](const view::Camera& c) { return vec(c.up); }, "(3,) float64, unit.")
-      .def_prop_ro("forward", [](const view::Camera& c) { return vec(c.forward); }, "(3,) float64, unit.")
+      .def_static("fit", &fit, nb::arg("azimuth_deg"), nb::arg("elevation_deg"), nb::arg("up"),
+                  nb::arg("points"), nb::arg("width_px"), nb::arg("height_px"), nb::arg("perspective"),
+                  nb::arg("fov_deg"), nb::arg("margin"), "Fitted to points (n, 3) float64, mm.")
+      .def_prop_ro(
+          "eye", [](const view::Camera& c) { return vec(c.eye); }, "(3,) float64, mm.")
+      .def_prop_ro(
+          "right", [](const view::Camera& c) { return vec(c.right); }, "(3,) float64, unit.")
+      .def_prop_ro(
+          "up", [](const view::Camera& c) { return vec(c.up); }, "(3,) float64, unit.")
+      .def_prop_ro(
+          "forward", [](const view::Camera& c) { return vec(c.forward); }, "(3,) float64, unit.")
       .def_ro("perspective", &view::Camera::perspective)
       .def_ro("pixel", &view::Camera::pixel, "mm per px (orthographic) or tangent per px (perspective).")
       .def_ro("width_px", &view::Camera::width_px)
       .def_ro("height_px", &view::Camera::height_px)
-      .def("rays", &rays, "Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.");
+      .def("rays", &rays,
+           "Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.");
 }
 
 }  // namespace trimray::bind

@@ -7,9 +7,9 @@ namespace {
 
 // The title line; what stands behind "V4" differs between the versions and between writers.
 int read_version(ByteReader& in) {
-  constexpr const char* titles[] = {
-      "Open CASCADE Topology V1 (c)\n", "Open CASCADE Topology V2 (c)\n", "Open CASCADE Topology V3 (c)\n",
-      "Open CASCADE Topology V4, (c) Open Cascade\n"};
+  constexpr const char* titles[] = {"Open CASCADE Topology V1 (c)\n", "Open CASCADE Topology V2 (c)\n",
+                                    "Open CASCADE Topology V3 (c)\n",
+                                    "Open CASCADE Topology V4, (c) Open Cascade\n"};
   in.accept("\n");
   for (int i = 0; i < 4; ++i) {
     if (in.accept(titles[i])) return i + 1;

@@ -25,8 +25,8 @@ class ByteReader {
   void enter(const char* section) { section_ = section; }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw FormatError("B-rep stream, " + std::string(section_) + ", byte " + std::to_string(offset_) +
-                      ": " + what);
+    throw FormatError("B-rep stream, " + std::string(section_) + ", byte " + std::to_string(offset_) + ": " +
+                      what);
   }
 
   void skip(std::uint64_t count) {
@@ -71,19 +71,22 @@ class ByteReader {
   // A 1-based index into a table of `size` entries, returned 0-based.
   std::int32_t index(std::size_t size, const char* what) {
     const std::int32_t value = integer();
-    if (value < 1 || static_cast<std::uint64_t>(value) > size) fail(std::string(what) + " index out of range");
+    if (value < 1 || static_cast<std::uint64_t>(value) > size)
+      fail(std::string(what) + " index out of range");
     return value - 1;
   }
   // The same where 0 means absent, returned as -1.
   std::int32_t optional_index(std::size_t size, const char* what) {
     const std::int32_t value = integer();
-    if (value < 0 || static_cast<std::uint64_t>(value) > size) fail(std::string(what) + " index out of range");
+    if (value < 0 || static_cast<std::uint64_t>(value) > size)
+      fail(std::string(what) + " index out of range");
     return value - 1;
   }
 
   // Consumes `text` when the stream continues with it.
   bool accept(std::string_view text) {
-    if (left() < text.size() || std::memcmp(bytes_.data() + offset_, text.data(), text.size()) != 0) return false;
+    if (left() < text.size() || std::memcmp(bytes_.data() + offset_, text.data(), text.size()) != 0)
+      return false;
     offset_ += text.size();
     return true;
   }

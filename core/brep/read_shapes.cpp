@@ -228,7 +228,7 @@ class ShapeReader {
   Model& model_;
   const StreamTables& tables_;
   std::int32_t count_;
-  std::vector<int> depths_;          // longest way down from each shape
+  std::vector<int> depths_;         // longest way down from each shape
   std::vector<std::int64_t> uses_;  // uses that a walk down from each shape meets
 };
 

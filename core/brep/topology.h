@@ -29,7 +29,15 @@ inline constexpr int kMaxShapeDepth = 256;
 inline constexpr std::int64_t kMaxShapeUses = std::int64_t{1} << 26;
 
 enum class CurveKind : std::uint8_t {
-  kLine, kCircle, kEllipse, kParabola, kHyperbola, kBezier, kBspline, kTrimmed, kOffset
+  kLine,
+  kCircle,
+  kEllipse,
+  kParabola,
+  kHyperbola,
+  kBezier,
+  kBspline,
+  kTrimmed,
+  kOffset
 };
 
 // A curve in space (Vec = dvec3) or in a surface's uv (Vec = dvec2).
@@ -51,19 +59,29 @@ struct Curve {
   bool rational = false, periodic = false;
   int degree = 0;
   std::vector<Vec> poles;
-  std::vector<double> weights;          // empty unless rational
-  std::vector<double> knots;            // distinct values
+  std::vector<double> weights;  // empty unless rational
+  std::vector<double> knots;    // distinct values
   std::vector<std::int32_t> multiplicities;
-  double first = 0.0, last = 0.0;       // trimmed only
+  double first = 0.0, last = 0.0;  // trimmed only
   double offset = 0.0;
-  Vec offset_direction{0.0};            // 3D only
-  std::int32_t basis = -1;              // trimmed, offset: index into the same vector, always smaller
+  Vec offset_direction{0.0};  // 3D only
+  std::int32_t basis = -1;    // trimmed, offset: index into the same vector, always smaller
 };
 using Curve2 = Curve<dvec2>;
 using Curve3 = Curve<dvec3>;
 
 enum class SurfaceKind : std::uint8_t {
-  kPlane, kCylinder, kCone, kSphere, kTorus, kExtrusion, kRevolution, kBezier, kBspline, kTrimmed, kOffset
+  kPlane,
+  kCylinder,
+  kCone,
+  kSphere,
+  kTorus,
+  kExtrusion,
+  kRevolution,
+  kBezier,
+  kBspline,
+  kTrimmed,
+  kOffset
 };
 
 // Frame: location, x_axis, y_axis, z_axis (unit; a left-handed frame is allowed).
@@ -85,8 +103,8 @@ struct Surface {
   int degree_u = 0, degree_v = 0;
   std::int32_t count_u = 0, count_v = 0;  // poles; poles[iu * count_v + iv]
   std::vector<dvec3> poles;
-  std::vector<double> weights;            // empty unless rational
-  std::vector<double> knots_u, knots_v;   // distinct values
+  std::vector<double> weights;           // empty unless rational
+  std::vector<double> knots_u, knots_v;  // distinct values
   std::vector<std::int32_t> multiplicities_u, multiplicities_v;
   double u0 = 0.0, u1 = 0.0, v0 = 0.0, v1 = 0.0;  // trimmed only
   double offset = 0.0;
@@ -99,7 +117,7 @@ enum class Orientation : std::uint8_t { kForward, kReversed, kInternal, kExterna
 
 // One use of a shape by its parent.
 struct ShapeUse {
-  std::int32_t shape = -1;     // index into Model::shapes
+  std::int32_t shape = -1;  // index into Model::shapes
   Orientation orientation = Orientation::kForward;
   std::int32_t location = -1;  // index into Model::locations, -1 for the identity
 };

@@ -9,7 +9,8 @@ BezierPatches bezier_patches(const NurbsStore& store, const Surface& surface) {
   if (surface.kind == SurfaceKind::kNone) return r;
   const SurfaceView s = view(store, surface);
   r.degree_u = surface.degree_u, r.degree_v = surface.degree_v;
-  const std::vector<double> us = distinct_knots(s.knots_u, r.degree_u), vs = distinct_knots(s.knots_v, r.degree_v);
+  const std::vector<double> us = distinct_knots(s.knots_u, r.degree_u),
+                            vs = distinct_knots(s.knots_v, r.degree_v);
   r.spans_u = static_cast<int>(us.size()) - 1, r.spans_v = static_cast<int>(vs.size()) - 1;
 
   // Rows along v first, then columns along u; the rows now hold (degree_v + 1) points a span.

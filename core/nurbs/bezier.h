@@ -8,8 +8,8 @@
 
 namespace trimray::nurbs {
 
-// Patch k = iu * spans_v + iv has control points ctrl_h[k * points() ...], [i * (degree_v + 1) + j], and covers
-// uv_face[k], a box between knots; inside, its own [0, 1]^2 is linear in the NURBS parameter.
+// Patch k = iu * spans_v + iv has control points ctrl_h[k * points() ...], [i * (degree_v + 1) + j], and
+// covers uv_face[k], a box between knots; inside, its own [0, 1]^2 is linear in the NURBS parameter.
 struct BezierPatches {
   int degree_u = 0, degree_v = 0;
   int spans_u = 0, spans_v = 0;

@@ -19,7 +19,8 @@ bool within(const Box3& box, const Box3& part, double margin) {
   return true;
 }
 
-void halve(const dvec4* ctrl, std::ptrdiff_t stride, int degree, dvec4* left, dvec4* right, std::ptrdiff_t out_stride) {
+void halve(const dvec4* ctrl, std::ptrdiff_t stride, int degree, dvec4* left, dvec4* right,
+           std::ptrdiff_t out_stride) {
   dvec4 d[kMaxDegree + 1];
   for (int i = 0; i <= degree; ++i) d[i] = ctrl[i * stride];
   for (int i = 0; i <= degree; ++i) {
@@ -39,8 +40,12 @@ Box3 hull_of(std::span<const dvec4> ctrl) {
 class FaceBox {
  public:
   FaceBox(const NurbsStore& store, const TrimIndex& trims, std::int32_t face, const Transform& placement)
-      : store_(store), trims_(trims), index_(face), face_(store.faces[face]),
-        surface_(store.surfaces[face_.surface]), placement_(placement) {}
+      : store_(store),
+        trims_(trims),
+        index_(face),
+        face_(store.faces[face]),
+        surface_(store.surfaces[face_.surface]),
+        placement_(placement) {}
 
   Box3 run() {
     if (face_.status != FaceStatus::kOk) return {};
@@ -107,20 +112,25 @@ class FaceBox {
   }
 
   double middle(const Range& knots, ParamMap map, double a, double b) const {
-    return face_from_nurbs(store_, knots, map, 0.5 * (nurbs_from_face(store_, knots, map, a) + nurbs_from_face(store_, knots, map, b)));
+    return face_from_nurbs(
+        store_, knots, map,
+        0.5 * (nurbs_from_face(store_, knots, map, a) + nurbs_from_face(store_, knots, map, b)));
   }
 
   // ctrl: (degree_u + 1) x (degree_v + 1); uv: what it covers.
   void patch(std::vector<dvec4> ctrl, const Box2& uv, int depth) {
     const Box2& need = face_.uv_box;
-    if (uv.lower.x > need.upper.x || uv.lower.y > need.upper.y || uv.upper.x < need.lower.x || uv.upper.y < need.lower.y) return;
+    if (uv.lower.x > need.upper.x || uv.lower.y > need.upper.y || uv.upper.x < need.lower.x ||
+        uv.upper.y < need.lower.y)
+      return;
     const int pv = surface_.degree_v + 1, pu = surface_.degree_u + 1;
     const Box3 hull = hull_of(ctrl);
     if (!can_grow(ctrl, hull)) return;
     if (!face_.iso_rectangle && depth > 0 && trims_.coverage(index_, uv) == Coverage::kOutside) return;
     for (const int i : {0, pu - 1})
       for (const int j : {0, pv - 1})
-        if (inside({i ? uv.upper.x : uv.lower.x, j ? uv.upper.y : uv.lower.y})) box_.add(project(ctrl[i * pv + j]));
+        if (inside({i ? uv.upper.x : uv.lower.x, j ? uv.upper.y : uv.lower.y}))
+          box_.add(project(ctrl[i * pv + j]));
     if (!can_grow(ctrl, hull)) return;
     if (depth == kMaxHalvings || ++parts_ > kMaxParts) return box_.add(hull);
     // Halve across the direction that bends or spans more.
@@ -145,13 +155,15 @@ class FaceBox {
   // coordinate is not monotone in u or in v.
   bool can_grow(const std::vector<dvec4>& ctrl, const Box3& hull) const {
     for (int axis = 0; axis < 3; ++axis) {
-      const bool out = hull.lower[axis] < box_.lower[axis] - margin_ || hull.upper[axis] > box_.upper[axis] + margin_;
+      const bool out =
+          hull.lower[axis] < box_.lower[axis] - margin_ || hull.upper[axis] > box_.upper[axis] + margin_;
       if (out && !monotone(ctrl, hull, axis, true) && !monotone(ctrl, hull, axis, false)) return true;
     }
     return false;
   }
 
-  // With g = N - c w the derivative of N / w has the sign of g' - (g / w) w', and |g / w| is at most half the hull.
+  // With g = N - c w the derivative of N / w has the sign of g' - (g / w) w', and |g / w| is at most half the
+  // hull.
   bool monotone(const std::vector<dvec4>& ctrl, const Box3& hull, int axis, bool along_u) const {
     const int pv = surface_.degree_v + 1, pu = surface_.degree_u + 1;
     const double c = hull.center()[axis], half = 0.5 * hull.extent()[axis];
@@ -170,7 +182,8 @@ class FaceBox {
     const dvec3 a = project(row[0]), b = project(row[(count - 1) * stride]);
     double worst = 1e-3 * glm::distance(a, b);
     for (int i = 1; i + 1 < count; ++i)
-      worst = std::max(worst, glm::distance(project(row[i * stride]), a + (b - a) * (double(i) / (count - 1))));
+      worst =
+          std::max(worst, glm::distance(project(row[i * stride]), a + (b - a) * (double(i) / (count - 1))));
     return worst;
   }
 
@@ -202,10 +215,12 @@ Box3 hull_bounds(const SurfaceView& view, const Box2& uv_face) {
     const int span = find_span(knots, degree, u);
     return map_parameter(map, knots[span], knots[span + 1], u).s;
   };
-  const Respan u = plan_respan(view.knots_u, f.degree_u, mapped(view.knots_u, f.degree_u, f.map_u, uv_face.lower.x),
-                               mapped(view.knots_u, f.degree_u, f.map_u, uv_face.upper.x));
-  const Respan v = plan_respan(view.knots_v, f.degree_v, mapped(view.knots_v, f.degree_v, f.map_v, uv_face.lower.y),
-                               mapped(view.knots_v, f.degree_v, f.map_v, uv_face.upper.y));
+  const Respan u =
+      plan_respan(view.knots_u, f.degree_u, mapped(view.knots_u, f.degree_u, f.map_u, uv_face.lower.x),
+                  mapped(view.knots_u, f.degree_u, f.map_u, uv_face.upper.x));
+  const Respan v =
+      plan_respan(view.knots_v, f.degree_v, mapped(view.knots_v, f.degree_v, f.map_v, uv_face.lower.y),
+                  mapped(view.knots_v, f.degree_v, f.map_v, uv_face.upper.y));
   std::vector<dvec4> rows(static_cast<std::size_t>(f.count_u) * v.count()), column(u.count());
   for (int i = 0; i < f.count_u; ++i)
     apply_respan(v, view.knots_v, f.degree_v, view.ctrl_h + std::ptrdiff_t(i) * f.count_v, 1,
@@ -222,7 +237,8 @@ Box3 hull_bounds(const SurfaceView& view, const Box2& uv_face) {
   return box;
 }
 
-Box3 face_bounds(const NurbsStore& store, const TrimIndex& trims, std::int32_t face, const Transform& placement) {
+Box3 face_bounds(const NurbsStore& store, const TrimIndex& trims, std::int32_t face,
+                 const Transform& placement) {
   return FaceBox(store, trims, face, placement).run();
 }
 

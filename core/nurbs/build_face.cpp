@@ -9,9 +9,9 @@
 namespace trimray::nurbs {
 namespace {
 
-constexpr double kFar = 1e4;          // mm, half length of an unbounded surface when nothing tells how much is needed
-constexpr double kTinyEdge = 1e-10;   // mm, below which a path is one point
-constexpr double kReach = 1.0;        // mm, how far an edge may lie off a surface that it is projected on
+constexpr double kFar = 1e4;  // mm, half length of an unbounded surface when nothing tells how much is needed
+constexpr double kTinyEdge = 1e-10;  // mm, below which a path is one point
+constexpr double kReach = 1.0;       // mm, how far an edge may lie off a surface that it is projected on
 
 bool is_plane(const SurfaceSource& s) {
   return s.basis_kind == SurfaceKind::kPlane && s.form.surface.offset == 0.0;
@@ -117,10 +117,12 @@ class FaceBuilder {
   }
 
   FaceStatus no_form_status() const {
-    if (source_.basis_kind != SurfaceKind::kExtrusion && source_.basis_kind != SurfaceKind::kRevolution) return FaceStatus::kBadTrim;
+    if (source_.basis_kind != SurfaceKind::kExtrusion && source_.basis_kind != SurfaceKind::kRevolution)
+      return FaceStatus::kBadTrim;
     std::int32_t c = source_.definition->basis_curve;
     while (model_.curves3[c].kind == brep::CurveKind::kTrimmed) c = model_.curves3[c].basis;
-    return model_.curves3[c].kind == brep::CurveKind::kOffset ? FaceStatus::kUnsupported : FaceStatus::kBadTrim;
+    return model_.curves3[c].kind == brep::CurveKind::kOffset ? FaceStatus::kUnsupported
+                                                              : FaceStatus::kBadTrim;
   }
 
   void natural() {
@@ -159,7 +161,8 @@ class FaceBuilder {
         const double stretch = (work.last - work.first) / (best->last - best->first);
         if (best->first != work.first || best->last != work.last)
           for (CurvePiece& p : pieces->list)
-            p.t0 = work.first + (p.t0 - best->first) * stretch, p.t1 = work.first + (p.t1 - best->first) * stretch;
+            p.t0 = work.first + (p.t0 - best->first) * stretch,
+            p.t1 = work.first + (p.t1 - best->first) * stretch;
         if (use.reversed) reverse_pieces(*pieces);
         r.coedge.pieces = std::move(*pieces);
       }
@@ -230,7 +233,8 @@ class FaceBuilder {
 double link_distance(const SurfaceView& s, dvec2 from, dvec2 to, dvec3 anchor) {
   if (from == to) return 0.0;
   double worst = 0.0;
-  for (const double x : {0.5, 1.0}) worst = std::max(worst, glm::distance(anchor, evaluate_point(s, from + x * (to - from))));
+  for (const double x : {0.5, 1.0})
+    worst = std::max(worst, glm::distance(anchor, evaluate_point(s, from + x * (to - from))));
   return worst;
 }
 
@@ -247,7 +251,8 @@ EdgeWork build_edge(const brep::Model& model, const Walk& walk, const WalkEdge& 
   w.smooth = data.smooth, w.degenerate = data.degenerated;
   w.first = data.first, w.last = data.last;
   if (w.degenerate || data.curve3 < 0) {
-    if (data.curve3 < 0 && !data.pcurves.empty()) w.first = data.pcurves[0].first, w.last = data.pcurves[0].last;
+    if (data.curve3 < 0 && !data.pcurves.empty())
+      w.first = data.pcurves[0].first, w.last = data.pcurves[0].last;
     return w;
   }
   Transform at = walk.transforms[edge.transform];
@@ -275,11 +280,13 @@ Pieces3 path_from_face(const FaceWork& face, const CoEdgeWork& coedge, double to
   for (const CurvePiece& p : coedge.pieces.list) {
     const dvec3* ctrl = &coedge.pieces.ctrl[p.ctrl.begin];
     const int degree = p.ctrl.size() - 1;
-    const Pieces3 fit = fit_cubics<3>(
-        [&](double x) { return evaluate_point(s, project(bezier_point(ctrl, degree, x))); }, 0.0, 1.0, tolerance);
+    const Pieces3 fit =
+        fit_cubics<3>([&](double x) { return evaluate_point(s, project(bezier_point(ctrl, degree, x))); },
+                      0.0, 1.0, tolerance);
     for (const CurvePiece& q : fit.list) {
       const std::int32_t offset = static_cast<std::int32_t>(r.ctrl.size());
-      r.list.push_back({{offset, offset + q.ctrl.size()}, p.t0 + q.t0 * (p.t1 - p.t0), p.t0 + q.t1 * (p.t1 - p.t0)});
+      r.list.push_back(
+          {{offset, offset + q.ctrl.size()}, p.t0 + q.t0 * (p.t1 - p.t0), p.t0 + q.t1 * (p.t1 - p.t0)});
       r.ctrl.insert(r.ctrl.end(), fit.ctrl.begin() + q.ctrl.begin, fit.ctrl.begin() + q.ctrl.end);
     }
   }
@@ -304,27 +311,33 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
           if (v >= 0)
             for (const CurvePiece& p : c.pieces.list)
               for (int k = 0; k <= 8; ++k)
-                worst = std::max(worst, glm::distance(prototype.walk.vertices[v].point,
-                                                      evaluate_point(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], p.ctrl.size() - 1, k / 8.0)))));
+                worst = std::max(
+                    worst,
+                    glm::distance(prototype.walk.vertices[v].point,
+                                  evaluate_point(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin],
+                                                                         p.ctrl.size() - 1, k / 8.0)))));
         }
       } else {
         for (const CurvePiece& p : c.pieces.list) {
           const int degree = p.ctrl.size() - 1;
           // On a plane a straight piece against a straight path strays most at an end.
-          const bool straight = face.form.surface.kind == SurfaceKind::kPlane && degree == 1 && path.list.size() == 1 &&
-                                path.list[0].ctrl.size() == 2;
+          const bool straight = face.form.surface.kind == SurfaceKind::kPlane && degree == 1 &&
+                                path.list.size() == 1 && path.list[0].ctrl.size() == 2;
           // Every piece of the path gets its share: a straight p-curve may follow a path of many pieces.
           const int share = static_cast<int>(8 * path.list.size() / c.pieces.list.size());
-          const int samples = straight ? 1 : std::min(std::max(16 + 4 * std::max(0, degree - 3), share), 1024);
+          const int samples =
+              straight ? 1 : std::min(std::max(16 + 4 * std::max(0, degree - 3), share), 1024);
           for (int k = 0; k <= samples; ++k) {
             const double x = double(k) / samples;
-            const dvec3 on = evaluate_point(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, x)));
+            const dvec3 on =
+                evaluate_point(s, project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, x)));
             worst = std::max(worst, path_distance(path, on, p.t0 + x * (p.t1 - p.t0), std::max(worst, tiny)));
           }
         }
         const CoEdgeWork& next = loop.coedges[(i + 1) % loop.coedges.size()];
         const CoEdgeWork& previous = loop.coedges[(i + loop.coedges.size() - 1) % loop.coedges.size()];
-        const dvec3 head = project(c.reversed ? path.first() : path.last()), tail = project(c.reversed ? path.last() : path.first());
+        const dvec3 head = project(c.reversed ? path.first() : path.last()),
+                    tail = project(c.reversed ? path.last() : path.first());
         worst = std::max(worst, link_distance(s, end_uv(c), start_uv(next), head));
         worst = std::max(worst, link_distance(s, start_uv(c), end_uv(previous), tail));
       }

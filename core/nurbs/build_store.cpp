@@ -13,24 +13,30 @@
 namespace trimray::nurbs {
 namespace {
 
-constexpr double kBandSafety = 1.5;    // samples may miss the worst place
-constexpr double kRounding = 1e-14;    // of the coordinates: a few tens of ulps
+constexpr double kBandSafety = 1.5;  // samples may miss the worst place
+constexpr double kRounding = 1e-14;  // of the coordinates: a few tens of ulps
 constexpr std::size_t kGrain = 16;
 
 void check(const brep::Model& model, const BuildInput& input) {
   const auto fail = [](const char* what) { throw ArgumentError(std::string("build_store: ") + what); };
-  const auto shape_exists = [&](std::int32_t s) { return s >= 1 && static_cast<std::size_t>(s) <= model.shapes.size(); };
+  const auto shape_exists = [&](std::int32_t s) {
+    return s >= 1 && static_cast<std::size_t>(s) <= model.shapes.size();
+  };
   const std::size_t prototypes = input.prototype_shapes.size(), instances = input.instance_prototypes.size();
-  if (input.prototype_colors.size() != 4 * prototypes) fail("prototype_colors must hold 4 values a prototype");
-  if (input.face_colors.size() != 4 * input.face_color_shapes.size()) fail("face_colors must hold 4 values a face");
-  if (input.instance_placements.size() != 12 * instances) fail("instance_placements must hold 12 values an instance");
+  if (input.prototype_colors.size() != 4 * prototypes)
+    fail("prototype_colors must hold 4 values a prototype");
+  if (input.face_colors.size() != 4 * input.face_color_shapes.size())
+    fail("face_colors must hold 4 values a face");
+  if (input.instance_placements.size() != 12 * instances)
+    fail("instance_placements must hold 12 values an instance");
   if (input.instance_colors.size() != 4 * instances) fail("instance_colors must hold 4 values an instance");
   for (const std::int32_t s : input.prototype_shapes)
     if (!shape_exists(s)) fail("prototype_shapes names a shape that the stream does not have");
   for (const std::int32_t s : input.face_color_shapes)
     if (!shape_exists(s)) fail("face_color_shapes names a shape that the stream does not have");
   for (const std::int32_t p : input.instance_prototypes)
-    if (p < 0 || static_cast<std::size_t>(p) >= prototypes) fail("instance_prototypes names a prototype that is not there");
+    if (p < 0 || static_cast<std::size_t>(p) >= prototypes)
+      fail("instance_prototypes names a prototype that is not there");
   for (const double x : input.instance_placements)
     if (!std::isfinite(x)) fail("instance_placements is not finite");
 }
@@ -44,7 +50,8 @@ template <typename Count>
 std::vector<Item> items(std::size_t prototypes, const Count& count) {
   std::vector<Item> all;
   for (std::size_t p = 0; p < prototypes; ++p)
-    for (std::size_t i = 0; i < count(p); ++i) all.push_back({static_cast<std::int32_t>(p), static_cast<std::int32_t>(i)});
+    for (std::size_t i = 0; i < count(p); ++i)
+      all.push_back({static_cast<std::int32_t>(p), static_cast<std::int32_t>(i)});
   return all;
 }
 
@@ -87,24 +94,28 @@ class Assembler {
     p.faces.begin = count(store.faces), p.shells.begin = count(store.shells);
     for (const WalkVertex& v : work.walk.vertices) {
       const bool sound = glm::length(v.point) < kMaxCoordinate;
-      store.vertices.push_back({sound ? v.point : dvec3(0.0), std::isfinite(v.tolerance) ? v.tolerance : 0.0});
+      store.vertices.push_back(
+          {sound ? v.point : dvec3(0.0), std::isfinite(v.tolerance) ? v.tolerance : 0.0});
     }
     first_edge_ = p.edges.begin, first_vertex_ = p.vertices.begin;
     for (std::size_t i = 0; i < work.edges.size(); ++i) add_edge(work.walk.edges[i], work.edges[i]);
     deviation_.assign(work.edges.size(), 0.0);
-    for (const Range& s : work.walk.shells) store.shells.push_back({proto_, {p.faces.begin + s.begin, p.faces.begin + s.end}, false});
+    for (const Range& s : work.walk.shells)
+      store.shells.push_back({proto_, {p.faces.begin + s.begin, p.faces.begin + s.end}, false});
     for (std::size_t i = 0; i < work.faces.size(); ++i) {
       const WalkFace& walk = work.walk.faces[i];
       const auto color = colors.find(walk.shape + 1);
       add_face(walk, work.faces[i], p.shells.begin);
-      if (color != colors.end()) std::copy_n(&input.face_colors[4 * color->second], 4, store.faces.back().color);
+      if (color != colors.end())
+        std::copy_n(&input.face_colors[4 * color->second], 4, store.faces.back().color);
       p.bounds.add(work.faces[i].bounds);
     }
     p.vertices.end = count(store.vertices), p.edges.end = count(store.edges);
     p.faces.end = count(store.faces), p.shells.end = count(store.shells);
     for (std::int32_t e = p.edges.begin; e < p.edges.end; ++e) finish_edge(e, p);
     std::copy_n(&input.prototype_colors[4 * index], 4, p.color);
-    for (std::int32_t s = p.shells.begin; s < p.shells.end; ++s) close_shell(store.shells[s], work, p.faces.begin);
+    for (std::int32_t s = p.shells.begin; s < p.shells.end; ++s)
+      close_shell(store.shells[s], work, p.faces.begin);
     store.prototypes.push_back(p);
   }
 
@@ -115,7 +126,8 @@ class Assembler {
     for (std::size_t i = 1; i < uses.size(); ++i) uses[i] += uses[i - 1];
     for (std::size_t i = 0; i < store.edges.size(); ++i) store.edges[i].coedges = {uses[i], uses[i + 1]};
     store.edge_coedges.resize(store.coedges.size());
-    for (std::size_t c = 0; c < store.coedges.size(); ++c) store.edge_coedges[uses[store.coedges[c].edge]++] = static_cast<std::int32_t>(c);
+    for (std::size_t c = 0; c < store.coedges.size(); ++c)
+      store.edge_coedges[uses[store.coedges[c].edge]++] = static_cast<std::int32_t>(c);
   }
 
  private:
@@ -204,13 +216,18 @@ class Assembler {
 
   void finish_edge(std::int32_t index, const Prototype& p) {
     Edge& e = store.edges[index];
-    double worst = deviation_.size() > static_cast<std::size_t>(index - p.edges.begin) ? deviation_[index - p.edges.begin] : 0.0;
+    double worst = deviation_.size() > static_cast<std::size_t>(index - p.edges.begin)
+                       ? deviation_[index - p.edges.begin]
+                       : 0.0;
     if (!e.degenerate) {
       const auto end = [&](std::int32_t ctrl) { return project(store.edge_ctrl_h[ctrl]); };
-      worst = std::max(worst, glm::distance(store.vertices[e.vertex[0]].point, end(store.edge_pieces[e.pieces.begin].ctrl.begin)));
-      worst = std::max(worst, glm::distance(store.vertices[e.vertex[1]].point, end(store.edge_pieces[e.pieces.end - 1].ctrl.end - 1)));
+      worst = std::max(worst, glm::distance(store.vertices[e.vertex[0]].point,
+                                            end(store.edge_pieces[e.pieces.begin].ctrl.begin)));
+      worst = std::max(worst, glm::distance(store.vertices[e.vertex[1]].point,
+                                            end(store.edge_pieces[e.pieces.end - 1].ctrl.end - 1)));
     }
-    const double reach = p.bounds.empty() ? 0.0 : glm::length(glm::max(glm::abs(p.bounds.lower), glm::abs(p.bounds.upper)));
+    const double reach =
+        p.bounds.empty() ? 0.0 : glm::length(glm::max(glm::abs(p.bounds.lower), glm::abs(p.bounds.upper)));
     const double least = std::max(kMinBand * p.bounds.diagonal(), kRounding * reach);
     e.band = std::max(kBandSafety * worst, least);
   }

@@ -15,13 +15,13 @@ namespace trimray::nurbs {
 // What stands beside the byte stream (importer/model.py, BrepModel). Shape indices are 1-based positions
 // in the stream. Colours are sRGB-encoded RGBA, a negative red meaning none.
 struct BuildInput {
-  std::vector<std::int32_t> prototype_shapes;          // root shape of each prototype
-  std::vector<float> prototype_colors;                 // 4 per prototype
-  std::vector<std::int32_t> face_color_shapes;         // faces (by TShape) that carry a colour ...
-  std::vector<float> face_colors;                      // ... 4 each
+  std::vector<std::int32_t> prototype_shapes;   // root shape of each prototype
+  std::vector<float> prototype_colors;          // 4 per prototype
+  std::vector<std::int32_t> face_color_shapes;  // faces (by TShape) that carry a colour ...
+  std::vector<float> face_colors;               // ... 4 each
   std::vector<std::int32_t> instance_prototypes;
-  std::vector<double> instance_placements;             // 12 per instance: rows of the 3x4 matrix
-  std::vector<float> instance_colors;                  // 4 per instance
+  std::vector<double> instance_placements;  // 12 per instance: rows of the 3x4 matrix
+  std::vector<float> instance_colors;       // 4 per instance
   std::string meta;
 };
 

@@ -10,7 +10,7 @@ namespace {
 
 using brep::CurveKind;
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kMaxTurns = 64.0;     // periods that a range may span
+constexpr double kMaxTurns = 64.0;      // periods that a range may span
 constexpr double kMaxHyperbola = 60.0;  // cosh stays far below kMaxCoordinate's square
 constexpr int kFitDepth = 10;
 
@@ -65,7 +65,8 @@ std::optional<SplineCurve<Hom<D>>> spline_form(const brep::Curve<Vec<D>>& c, dou
     const double period = c.knots.back() - c.knots.front();
     if (c.periodic && (b - a) > kMaxTurns * period) return {};
     if (c.periodic && !(std::abs(a - c.knots.front()) <= kMaxTurnsAway * period)) return {};
-    FlatKnots flat = flatten_knots(c.knots, c.multiplicities, c.degree, static_cast<int>(c.poles.size()), c.periodic, a, b);
+    FlatKnots flat = flatten_knots(c.knots, c.multiplicities, c.degree, static_cast<int>(c.poles.size()),
+                                   c.periodic, a, b);
     r.knots = std::move(flat.knots), wrap = std::move(flat.wrap);
   }
   if (!c.weights.empty() && c.weights.size() != c.poles.size()) return {};
@@ -86,7 +87,8 @@ std::optional<SplineCurve<Hom<D>>> spline_form(const brep::Curve<Vec<D>>& c, dou
 
 bool knots_valid(std::span<const double> knots, std::span<const std::int32_t> multiplicities, int degree,
                  std::size_t poles, bool periodic) {
-  if (degree < 1 || degree > kMaxDegree || knots.size() < 2 || knots.size() != multiplicities.size()) return false;
+  if (degree < 1 || degree > kMaxDegree || knots.size() < 2 || knots.size() != multiplicities.size())
+    return false;
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < knots.size(); ++i) {
     if (!(std::abs(knots[i]) < kMaxCoordinate) || (i > 0 && !(knots[i] > knots[i - 1]))) return false;
@@ -97,7 +99,8 @@ bool knots_valid(std::span<const double> knots, std::span<const std::int32_t> mu
   if (periodic)
     return multiplicities.front() == multiplicities.back() &&
            static_cast<std::int64_t>(poles) == sum - multiplicities.back();
-  if (poles <= static_cast<std::size_t>(degree) || sum != static_cast<std::int64_t>(poles) + degree + 1) return false;
+  if (poles <= static_cast<std::size_t>(degree) || sum != static_cast<std::int64_t>(poles) + degree + 1)
+    return false;
   // An unclamped spline is fine as long as its domain is not empty.
   double lo = 0.0, hi = 0.0;
   std::int64_t at = 0;
@@ -117,22 +120,30 @@ CurveDomain curve_domain(const Curves<D>& curves, std::int32_t index) {
   CurveDomain d;
   switch (c.kind) {
     case CurveKind::kCircle:
-    case CurveKind::kEllipse: d.period = kTurn; break;
-    case CurveKind::kBezier: d.lower = 0.0, d.upper = 1.0; break;
+    case CurveKind::kEllipse:
+      d.period = kTurn;
+      break;
+    case CurveKind::kBezier:
+      d.lower = 0.0, d.upper = 1.0;
+      break;
     case CurveKind::kBspline:
       if (!c.knots.empty()) {
         d.lower = c.knots.front(), d.upper = c.knots.back();
         if (c.periodic) d.period = d.upper - d.lower;
       }
       break;
-    case CurveKind::kTrimmed: d.lower = c.first, d.upper = c.last; break;
-    default: break;
+    case CurveKind::kTrimmed:
+      d.lower = c.first, d.upper = c.last;
+      break;
+    default:
+      break;
   }
   return d;
 }
 
 template <int D>
-std::optional<SplineCurve<Hom<D>>> curve_form(const Curves<D>& curves, std::int32_t index, double a, double b) {
+std::optional<SplineCurve<Hom<D>>> curve_form(const Curves<D>& curves, std::int32_t index, double a,
+                                              double b) {
   if (index < 0 || !(b > a) || !(std::abs(a) < kMaxCoordinate) || !(std::abs(b) < kMaxCoordinate)) return {};
   while (curves[index].kind == CurveKind::kTrimmed) index = curves[index].basis;
   const brep::Curve<Vec<D>>& c = curves[index];
@@ -162,9 +173,12 @@ std::optional<SplineCurve<Hom<D>>> curve_form(const Curves<D>& curves, std::int3
       break;
     }
     case CurveKind::kBezier:
-    case CurveKind::kBspline: r = spline_form<D>(c, a, b); break;
+    case CurveKind::kBspline:
+      r = spline_form<D>(c, a, b);
+      break;
     case CurveKind::kTrimmed:
-    case CurveKind::kOffset: return {};
+    case CurveKind::kOffset:
+      return {};
   }
   if (r && !usable<D>(*r)) r.reset();
   return r;
@@ -249,12 +263,13 @@ Pieces<Hom<D>> fit_cubics(const std::function<Vec<D>(double)>& f, double a, doub
 namespace {
 
 template <int D>
-std::optional<Pieces<Hom<D>>> offset_pieces(const Curves<D>& curves, const brep::Curve<Vec<D>>& c, double a, double b,
-                                            double fit_tolerance) {
+std::optional<Pieces<Hom<D>>> offset_pieces(const Curves<D>& curves, const brep::Curve<Vec<D>>& c, double a,
+                                            double b, double fit_tolerance) {
   // Offsets of offsets along the same direction add up.
   double offset = c.offset;
   std::int32_t basis = c.basis;
-  while (basis >= 0 && (curves[basis].kind == CurveKind::kOffset || curves[basis].kind == CurveKind::kTrimmed)) {
+  while (basis >= 0 &&
+         (curves[basis].kind == CurveKind::kOffset || curves[basis].kind == CurveKind::kTrimmed)) {
     if (curves[basis].kind == CurveKind::kOffset) {
       if (D == 3 && glm::distance(curves[basis].offset_direction, c.offset_direction) > 1e-9) return {};
       offset += curves[basis].offset;
@@ -299,7 +314,8 @@ std::optional<Pieces<Hom<D>>> curve_pieces(const Curves<D>& curves, std::int32_t
 }
 
 void transform_ctrl(std::span<dvec4> ctrl_h, const Transform& placement) {
-  for (dvec4& h : ctrl_h) h = dvec4(placement.linear * dvec3(h.x, h.y, h.z) + h.w * placement.translation, h.w);
+  for (dvec4& h : ctrl_h)
+    h = dvec4(placement.linear * dvec3(h.x, h.y, h.z) + h.w * placement.translation, h.w);
 }
 
 template CurveDomain curve_domain<2>(const Curves<2>&, std::int32_t);

@@ -30,8 +30,8 @@ struct Pieces {
 using Pieces2 = Pieces<dvec3>;
 using Pieces3 = Pieces<dvec4>;
 
-// Where a curve is defined: all reals for lines and the other conics, the knots' ends for splines. period > 0 for
-// periodic curves (2 pi for circles and ellipses).
+// Where a curve is defined: all reals for lines and the other conics, the knots' ends for splines. period > 0
+// for periodic curves (2 pi for circles and ellipses).
 struct CurveDomain {
   double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
   double period = 0.0;
@@ -39,8 +39,8 @@ struct CurveDomain {
 template <int D>
 CurveDomain curve_domain(const std::vector<brep::Curve<glm::vec<D, double>>>& curves, std::int32_t index);
 
-// The curve over [a, b], a < b, as an exact spline whose knots are curve parameters. Empty for what has no exact
-// form (offsets) and for damaged curves (not finite, weights <= 0, knots that do not add up).
+// The curve over [a, b], a < b, as an exact spline whose knots are curve parameters. Empty for what has no
+// exact form (offsets) and for damaged curves (not finite, weights <= 0, knots that do not add up).
 template <int D>
 std::optional<SplineCurve<glm::vec<D + 1, double>>> curve_form(
     const std::vector<brep::Curve<glm::vec<D, double>>>& curves, std::int32_t index, double a, double b);
@@ -54,11 +54,11 @@ std::optional<Pieces<glm::vec<D + 1, double>>> curve_pieces(
 template <typename H>
 Pieces<H> pieces_of(const SplineCurve<H>& curve);
 
-// Piecewise cubics through f at parameters of [a, b], halved until the middle of each third is within tolerance or
-// the depth is spent.
+// Piecewise cubics through f at parameters of [a, b], halved until the middle of each third is within
+// tolerance or the depth is spent.
 template <int D>
-Pieces<glm::vec<D + 1, double>> fit_cubics(const std::function<glm::vec<D, double>(double)>& f, double a, double b,
-                                           double tolerance);
+Pieces<glm::vec<D + 1, double>> fit_cubics(const std::function<glm::vec<D, double>(double)>& f, double a,
+                                           double b, double tolerance);
 
 // Point and derivative of a spline curve at its parameter (through the map).
 template <int D>

@@ -34,10 +34,13 @@ void refuse_loose(const PrototypeWork& prototype, FaceWork& face, const Box3& ex
   if (face.status != FaceStatus::kOk || extent.empty()) return;
   Box3 own;
   for (const LoopWork& loop : face.loops.loops)
-    for (const CoEdgeWork& c : loop.coedges) add_path(own, c.edge >= 0 ? prototype.edges[c.edge].path : face.loops.synthetic[-1 - c.edge].path);
+    for (const CoEdgeWork& c : loop.coedges)
+      add_path(own, c.edge >= 0 ? prototype.edges[c.edge].path : face.loops.synthetic[-1 - c.edge].path);
   if (own.empty()) return;
-  const double worst = face.deviation.empty() ? 0.0 : *std::max_element(face.deviation.begin(), face.deviation.end());
-  if (worst > kMaxLoose * own.diagonal() && worst > kMinLoose * extent.diagonal()) refuse(face, FaceStatus::kBadTrim);
+  const double worst =
+      face.deviation.empty() ? 0.0 : *std::max_element(face.deviation.begin(), face.deviation.end());
+  if (worst > kMaxLoose * own.diagonal() && worst > kMinLoose * extent.diagonal())
+    refuse(face, FaceStatus::kBadTrim);
 }
 
 }  // namespace trimray::nurbs

@@ -63,7 +63,8 @@ class LoopCloser {
       std::size_t best = wire.size();
       double best_cost = kInf;
       for (std::size_t i = 0; i < wire.size(); ++i) {
-        if (last.end_vertex >= 0 && wire[i].start_vertex >= 0 && wire[i].start_vertex != last.end_vertex) continue;
+        if (last.end_vertex >= 0 && wire[i].start_vertex >= 0 && wire[i].start_vertex != last.end_vertex)
+          continue;
         const dvec2 gap = start_uv(wire[i].coedge) - at;
         double cost = std::min(distance(gap), 1e-3 + distance(unwrapped(gap)));
         // Straight back along a seam only when nothing else begins here: the rim comes between its two uses.
@@ -88,7 +89,8 @@ class LoopCloser {
 
   // Is the line of constant value in the direction other than `around` one point of the surface?
   bool collapsed(int around, double value, double tolerance) const {
-    const double width = periods_[around] > 0.0 ? periods_[around] : natural_.upper[around] - natural_.lower[around];
+    const double width =
+        periods_[around] > 0.0 ? periods_[around] : natural_.upper[around] - natural_.lower[around];
     if (!std::isfinite(width)) return false;
     dvec3 first(0.0);
     for (int i = 0; i < 5; ++i) {
@@ -107,7 +109,9 @@ class LoopCloser {
     for (int d = 0; d < 2; ++d) {
       const double along = std::abs(to[d] - from[d]), across = std::abs(to[1 - d] - from[1 - d]);
       const double least = 1e-6 * (periods_[d] > 0.0 ? periods_[d] : scale_[d]);
-      if (along > least && across <= 1e-3 * scale_[1 - d] && collapsed(d, from[1 - d], std::max(1e-6, tolerance))) return d;
+      if (along > least && across <= 1e-3 * scale_[1 - d] &&
+          collapsed(d, from[1 - d], std::max(1e-6, tolerance)))
+        return d;
     }
     return -1;
   }
@@ -157,7 +161,8 @@ class LoopCloser {
       if (turns[d] == 0 || bridge < 0) continue;
       dvec2 by(0.0);
       by[d] = -turns[d] * periods_[d];
-      for (std::size_t i = static_cast<std::size_t>(bridge) + 1; i < loop.coedges.size(); ++i) shift(loop.coedges[i], by);
+      for (std::size_t i = static_cast<std::size_t>(bridge) + 1; i < loop.coedges.size(); ++i)
+        shift(loop.coedges[i], by);
       CoEdgeWork& b = loop.coedges[static_cast<std::size_t>(bridge)];
       b.pieces = line(start_uv(b), end_uv(b) + by);
       turns[d] = 0;
@@ -186,13 +191,15 @@ class LoopCloser {
     loop.coedges.push_back(std::move(back));
   }
 
-  // Joins loops that wind once around direction d: a rim with material above it to the rim that bounds it from above,
-  // or to the pole or domain border when there is none.
+  // Joins loops that wind once around direction d: a rim with material above it to the rim that bounds it
+  // from above, or to the pole or domain border when there is none.
   void close_winding(int d) {
     std::vector<Wound> mine;
     for (Wound& w : wound_)
-      if (w.turns[d] != 0 && w.turns[1 - d] == 0 && std::abs(w.turns[d]) == 1) mine.push_back(std::move(w));
-      else if (d == 1 && (w.turns[0] == 0 || w.turns[1] != 0)) result_.status = FaceStatus::kBadTrim;
+      if (w.turns[d] != 0 && w.turns[1 - d] == 0 && std::abs(w.turns[d]) == 1)
+        mine.push_back(std::move(w));
+      else if (d == 1 && (w.turns[0] == 0 || w.turns[1] != 0))
+        result_.status = FaceStatus::kBadTrim;
     if (d == 0) std::erase_if(wound_, [](const Wound& w) { return w.loop.coedges.empty(); });
     if (mine.empty()) return;
     const int other = 1 - d;
@@ -229,7 +236,8 @@ class LoopCloser {
     period[d] = a.turns[d] * periods_[d];
     const dvec2 from = end_uv(loop.coedges.back());
     dvec2 by(0.0);
-    by[d] = wrap_near(start_uv(b.loop.coedges.front())[d], from[d], periods_[d]) - start_uv(b.loop.coedges.front())[d];
+    by[d] = wrap_near(start_uv(b.loop.coedges.front())[d], from[d], periods_[d]) -
+            start_uv(b.loop.coedges.front())[d];
     shift(b.loop, by);
     const dvec2 to = start_uv(b.loop.coedges.front());
     for (CoEdgeWork& c : b.loop.coedges) loop.coedges.push_back(std::move(c));
@@ -278,13 +286,14 @@ class LoopCloser {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       dvec2 by(0.0);
       for (int d = 0; d < 2; ++d)
-        by[d] = wrap_near(boxes[i].center()[d], boxes[largest].center()[d], periods_[d]) - boxes[i].center()[d];
+        by[d] =
+            wrap_near(boxes[i].center()[d], boxes[largest].center()[d], periods_[d]) - boxes[i].center()[d];
       shift(result_.loops[i], by);
     }
   }
 
-  // uv_box; where the loops reach beyond one period, copies of them one period on make the strip of one period right,
-  // which is all that is ever asked.
+  // uv_box; where the loops reach beyond one period, copies of them one period on make the strip of one
+  // period right, which is all that is ever asked.
   void bound() {
     Box2 box;
     for (const LoopWork& l : result_.loops) box.add(loop_box(l));

@@ -1,8 +1,8 @@
 // A face's wires as closed loops of p-curves in uv_face: ordered, brought into one period, closed.
 //
-// What real files leave out is put in: the p-curve along a pole, the seam of a band around a cylinder, the way from
-// a single rim to a pole. These synthetic co-edges use synthetic edges that only this face knows, so that they
-// count nothing in any winding number:
+// What real files leave out is put in: the p-curve along a pole, the seam of a band around a cylinder, the
+// way from a single rim to a pole. These synthetic co-edges use synthetic edges that only this face knows, so
+// that they count nothing in any winding number:
 //
 //        v ^   B <------------- B          rims A and B wind around; the seam is used
 //          |   |                ^          up on the right and down on the left

@@ -60,7 +60,8 @@ double signed_area(const LoopWork& loop) {
     for (const CurvePiece& p : c.pieces.list) {
       const int degree = p.ctrl.size() - 1, points = degree == 1 ? 1 : 8;
       add(project(c.pieces.ctrl[p.ctrl.begin]));
-      for (int i = 1; i <= points; ++i) add(project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, double(i) / points)));
+      for (int i = 1; i <= points; ++i)
+        add(project(bezier_point(&c.pieces.ctrl[p.ctrl.begin], degree, double(i) / points)));
     }
   add(origin);
   return area;

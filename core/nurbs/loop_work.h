@@ -8,9 +8,9 @@
 namespace trimray::nurbs {
 
 struct CoEdgeWork {
-  std::int32_t edge = -1;       // WalkEdge; -1 - i: synthetic edge i of this face
+  std::int32_t edge = -1;  // WalkEdge; -1 - i: synthetic edge i of this face
   bool reversed = false, seam = false;
-  Pieces2 pieces;               // in loop direction
+  Pieces2 pieces;  // in loop direction
 };
 
 struct LoopWork {

@@ -43,7 +43,8 @@ class Maker {
     face.prototype = 0, face.shape = index + 1;
     face.shell = static_cast<std::int32_t>(store.shells.size());
     face.reversed = spec.reversed, face.uv_box = spec.uv_box, face.iso_rectangle = true;
-    face.loops = {static_cast<std::int32_t>(store.loops.size()), static_cast<std::int32_t>(store.loops.size())};
+    face.loops = {static_cast<std::int32_t>(store.loops.size()),
+                  static_cast<std::int32_t>(store.loops.size())};
     bool closed = false;
     if (!spec.natural) {
       closed = add_rectangle(spec, index);
@@ -66,7 +67,8 @@ class Maker {
       e.band = std::max(kMinBand * bounds_.diagonal(), 1e-14 * reach);
       e.coedges.begin = static_cast<std::int32_t>(store.edge_coedges.size());
       for (std::size_t c = 0; c < store.coedges.size(); ++c)
-        if (store.coedges[c].edge == static_cast<std::int32_t>(i)) store.edge_coedges.push_back(static_cast<std::int32_t>(c));
+        if (store.coedges[c].edge == static_cast<std::int32_t>(i))
+          store.edge_coedges.push_back(static_cast<std::int32_t>(c));
       e.coedges.end = static_cast<std::int32_t>(store.edge_coedges.size());
     }
     store.prototypes.push_back(p);
@@ -106,10 +108,12 @@ class Maker {
     e.tolerance = 1e-7;
     double spread = 0.0;
     const dvec3 start = evaluate(s, uv(t0)).p, stop = evaluate(s, uv(t1)).p;
-    for (int i = 1; i <= 8; ++i) spread = std::max(spread, glm::distance(start, evaluate(s, uv(t0 + (t1 - t0) * i / 8)).p));
+    for (int i = 1; i <= 8; ++i)
+      spread = std::max(spread, glm::distance(start, evaluate(s, uv(t0 + (t1 - t0) * i / 8)).p));
     e.vertex[0] = vertex(start, scale), e.vertex[1] = vertex(stop, scale);
     e.degenerate = spread <= 1e-12 * scale;
-    e.pieces = {static_cast<std::int32_t>(store.edge_pieces.size()), static_cast<std::int32_t>(store.edge_pieces.size())};
+    e.pieces = {static_cast<std::int32_t>(store.edge_pieces.size()),
+                static_cast<std::int32_t>(store.edge_pieces.size())};
     if (!e.degenerate) {
       SplineCurve<dvec4> iso = iso_curve(s, fixed_u, at);
       const auto s_of = [&](double t) {
@@ -134,7 +138,8 @@ class Maker {
     return static_cast<std::int32_t>(store.edges.size()) - 1;
   }
 
-  void coedge(std::int32_t edge, std::int32_t face, dvec2 from, dvec2 to, bool reversed, bool seam, double t0, double t1) {
+  void coedge(std::int32_t edge, std::int32_t face, dvec2 from, dvec2 to, bool reversed, bool seam, double t0,
+              double t1) {
     CoEdge c;
     c.edge = edge, c.face = face, c.reversed = reversed, c.seam = seam;
     c.loop = static_cast<std::int32_t>(store.loops.size());
@@ -153,8 +158,11 @@ class Maker {
     const SurfaceForm& form = spec.surface;
     const dvec2 lo = spec.uv_box.lower, hi = spec.uv_box.upper;
     const double scale = hull_bounds(view(form), spec.uv_box).diagonal();
-    const auto around = [](double width, double period) { return period > 0.0 && std::abs(width - period) < 1e-12 * period; };
-    const bool seam_u = around(hi.x - lo.x, form.surface.period_u), seam_v = around(hi.y - lo.y, form.surface.period_v);
+    const auto around = [](double width, double period) {
+      return period > 0.0 && std::abs(width - period) < 1e-12 * period;
+    };
+    const bool seam_u = around(hi.x - lo.x, form.surface.period_u),
+               seam_v = around(hi.y - lo.y, form.surface.period_v);
     const std::int32_t bottom = side(form, false, lo.y, lo.x, hi.x, scale);
     const std::int32_t right = side(form, true, hi.x, lo.y, hi.y, scale);
     const std::int32_t top = seam_v ? bottom : side(form, false, hi.y, lo.x, hi.x, scale);

@@ -34,7 +34,8 @@ SurfaceForm as_nurbs(SurfaceForm form);
 SurfaceForm as_offset(SurfaceForm form, double offset);
 
 // One face: a uv rectangle of a surface. Sides that meet around a full period share a seam edge, sides that
-// collapse to a point have a degenerate edge. natural: no loops at all, the rectangle being the surface's domain.
+// collapse to a point have a degenerate edge. natural: no loops at all, the rectangle being the surface's
+// domain.
 struct FaceSpec {
   SurfaceForm surface;
   Box2 uv_box;

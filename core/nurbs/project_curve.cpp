@@ -19,8 +19,8 @@ std::size_t piece_at(const Pieces3& path, double t) {
   return lo;
 }
 
-// Closest point of one piece by Gauss-Newton from x in [0, 1]; returns the squared distance, moves x. Stops early below
-// enough (squared), and where a step gains less than a hundredth.
+// Closest point of one piece by Gauss-Newton from x in [0, 1]; returns the squared distance, moves x. Stops
+// early below enough (squared), and where a step gains less than a hundredth.
 double closest_on_piece(const dvec4* ctrl, int degree, dvec3 point, double enough, double& x) {
   double best = kInf;
   for (int step = 0; step < 8; ++step) {
@@ -50,15 +50,19 @@ dvec2 closed_form_uv(const Surface& f, dvec3 p) {
   const double x = glm::dot(d, f.x_axis), y = glm::dot(d, f.y_axis), z = glm::dot(d, f.z_axis);
   const double u = std::atan2(y, x), r = std::hypot(x, y);
   switch (f.kind) {
-    case SurfaceKind::kPlane: return {x, y};
-    case SurfaceKind::kCylinder: return {u, z};
+    case SurfaceKind::kPlane:
+      return {x, y};
+    case SurfaceKind::kCylinder:
+      return {u, z};
     case SurfaceKind::kCone: {
       const double s = std::sin(f.semi_angle), c = std::cos(f.semi_angle);
       const double v = (r - f.r1) * s + z * c, w = (-r - f.r1) * s + z * c;  // this nappe, the other one
       return f.r1 + v * s >= 0.0 || f.r1 + w * s > 0.0 ? dvec2(u, v) : dvec2(std::atan2(-y, -x), w);
     }
-    case SurfaceKind::kSphere: return {u, std::atan2(z, r)};
-    default: return {u, std::atan2(z, r - f.r1)};
+    case SurfaceKind::kSphere:
+      return {u, std::atan2(z, r)};
+    default:
+      return {u, std::atan2(z, r - f.r1)};
   }
 }
 
@@ -66,7 +70,8 @@ dvec2 first_uv(const SurfaceView& s, dvec3 point) {
   if (has_closed_form(s.surface->kind)) return closed_form_uv(*s.surface, point);
   dvec2 best(0.0);
   double best_distance = kInf;
-  const std::vector<double> us = distinct_knots(s.knots_u, s.surface->degree_u), vs = distinct_knots(s.knots_v, s.surface->degree_v);
+  const std::vector<double> us = distinct_knots(s.knots_u, s.surface->degree_u),
+                            vs = distinct_knots(s.knots_v, s.surface->degree_v);
   const auto samples = [](const std::vector<double>& knots) {
     std::vector<double> out;
     const int inner = std::max(2, kGrid / static_cast<int>(knots.size()));
@@ -109,8 +114,10 @@ dvec2 closest_uv(const SurfaceView& surface, dvec3 point, dvec2 guess) {
     const double a = glm::dot(s.du, s.du), b = glm::dot(s.du, s.dv), c = glm::dot(s.dv, s.dv);
     const double x = glm::dot(to, s.du), y = glm::dot(to, s.dv), det = a * c - b * b;
     if (!(det > 1e-20 * a * c)) {  // a pole: only the direction that still moves
-      if (c > a) uv.y += y / c;
-      else if (a > 0.0) uv.x += x / a;
+      if (c > a)
+        uv.y += y / c;
+      else if (a > 0.0)
+        uv.x += x / a;
       break;
     }
     const dvec2 move((c * x - b * y) / det, (a * y - b * x) / det);
@@ -131,13 +138,15 @@ std::optional<Pieces2> project_on_surface(const Pieces3& path, const SurfaceView
   for (const CurvePiece& piece : path.list) {
     const dvec4* ctrl = &path.ctrl[piece.ctrl.begin];
     const int degree = piece.ctrl.size() - 1;
-    // A table of uv along the piece, continuous over periods; where u has no meaning (a pole) the neighbour's.
+    // A table of uv along the piece, continuous over periods; where u has no meaning (a pole) the
+    // neighbour's.
     dvec2 table[kSamples + 1];
     for (int i = 0; i <= kSamples; ++i) {
       const dvec3 p = project(bezier_point(ctrl, degree, double(i) / kSamples));
       const bool closed = has_closed_form(f.kind);
       dvec2 uv = closest_uv(surface, p, closed || !have_guess ? first_uv(surface, p) : guess);
-      if (!closed && have_guess && glm::distance(evaluate(surface, uv).p, p) > reach) uv = closest_uv(surface, p, first_uv(surface, p));
+      if (!closed && have_guess && glm::distance(evaluate(surface, uv).p, p) > reach)
+        uv = closest_uv(surface, p, first_uv(surface, p));
       const SurfacePoint at = evaluate(surface, uv);
       if (!(glm::distance(at.p, p) <= reach)) return {};
       if (have_guess) uv = {wrap_near(uv.x, guess.x, f.period_u), wrap_near(uv.y, guess.y, f.period_v)};
@@ -165,7 +174,8 @@ std::optional<Pieces2> project_on_surface(const Pieces3& path, const SurfaceView
     for (CurvePiece p : fit.list) {
       const std::int32_t offset = static_cast<std::int32_t>(r.ctrl.size());
       r.list.push_back({{offset, offset + p.ctrl.size()},
-                        piece.t0 + p.t0 * (piece.t1 - piece.t0), piece.t0 + p.t1 * (piece.t1 - piece.t0)});
+                        piece.t0 + p.t0 * (piece.t1 - piece.t0),
+                        piece.t0 + p.t1 * (piece.t1 - piece.t0)});
       r.ctrl.insert(r.ctrl.end(), fit.ctrl.begin() + p.ctrl.begin, fit.ctrl.begin() + p.ctrl.end);
     }
   }
@@ -190,7 +200,8 @@ double path_distance(const Pieces3& path, dvec3 point, double t, double good_eno
   for (std::size_t i = 0; i < path.list.size(); ++i) {
     // A piece whose control hull is farther than the best so far cannot help.
     Box3 hull;
-    for (std::int32_t c = path.list[i].ctrl.begin; c < path.list[i].ctrl.end; ++c) hull.add(project(path.ctrl[c]));
+    for (std::int32_t c = path.list[i].ctrl.begin; c < path.list[i].ctrl.end; ++c)
+      hull.add(project(path.ctrl[c]));
     const dvec3 off = glm::max(glm::max(hull.lower - point, point - hull.upper), dvec3(0.0));
     if (glm::dot(off, off) >= best) continue;
     for (const double start : {0.1, 0.5, 0.9}) attempt(i, start);

@@ -44,11 +44,12 @@ class Walker {
     return it->second = transform_index(product);
   }
 
-  // Products that only rounding tells apart (a placement times its inverse, two ways to one place) are one: else the
-  // shapes reached by these ways would not know each other.
+  // Products that only rounding tells apart (a placement times its inverse, two ways to one place) are one:
+  // else the shapes reached by these ways would not know each other.
   std::int32_t transform_index(const Transform& product) {
     const double x = product.translation.x;
-    const auto cell = std::isnan(x) ? 0 : static_cast<std::int64_t>(std::floor(std::clamp(x, -1e12, 1e12) * 0x1p20));
+    const auto cell =
+        std::isnan(x) ? 0 : static_cast<std::int64_t>(std::floor(std::clamp(x, -1e12, 1e12) * 0x1p20));
     for (std::int64_t near = cell - 1; near <= cell + 1; ++near) {
       const auto found = by_place_.find(near);
       if (found == by_place_.end()) continue;
@@ -65,13 +66,14 @@ class Walker {
     constexpr double kRounding = 1e-13;
     const double length = std::max(glm::length(a.translation), 1.0);
     bool same = glm::distance(a.translation, b.translation) <= kRounding * length;
-    for (int i = 0; i < 3; ++i) same &= glm::distance(a.linear[i], b.linear[i]) <= kRounding * glm::length(a.linear[i]);
+    for (int i = 0; i < 3; ++i)
+      same &= glm::distance(a.linear[i], b.linear[i]) <= kRounding * glm::length(a.linear[i]);
     return same;
   }
 
   // outer: the transform of what holds the shape.
-  void visit(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed, std::int32_t shell,
-             int depth) {
+  void visit(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed,
+             std::int32_t shell, int depth) {
     if (depth > kMaxDepth || ++uses_ > kMaxUses) throw FormatError("B-rep: the shapes nest too deep");
     const brep::Shape& s = model_.shapes[shape];
     if (s.kind == ShapeKind::kFace) return face(shape, transform, outer, reversed, shell);
@@ -88,11 +90,12 @@ class Walker {
     if (own) walk_.shells[shell].end = static_cast<std::int32_t>(walk_.faces.size());
   }
 
-  void face(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed, std::int32_t shell) {
+  void face(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed,
+            std::int32_t shell) {
     WalkFace f;
     f.shape = shape, f.transform = transform, f.shell = shell;
-    // A mirrored shell or solid turns its faces; a face's own location does not, since its orientation speaks of
-    // the surface as placed.
+    // A mirrored shell or solid turns its faces; a face's own location does not, since its orientation speaks
+    // of the surface as placed.
     f.reversed = reversed != (glm::determinant(walk_.transforms[outer].linear) < 0.0);
     if (shell < 0) {
       f.shell = static_cast<std::int32_t>(walk_.shells.size());
@@ -115,7 +118,8 @@ class Walker {
   }
 
   std::int32_t edge(std::int32_t shape, std::int32_t transform) {
-    const auto [it, fresh] = edges_.try_emplace(key(shape, transform), static_cast<std::int32_t>(walk_.edges.size()));
+    const auto [it, fresh] =
+        edges_.try_emplace(key(shape, transform), static_cast<std::int32_t>(walk_.edges.size()));
     if (!fresh) return it->second;
     WalkEdge e;
     e.shape = shape, e.transform = transform;
@@ -129,17 +133,20 @@ class Walker {
   }
 
   std::int32_t vertex(std::int32_t shape, std::int32_t transform) {
-    const auto [it, fresh] = vertices_.try_emplace(key(shape, transform), static_cast<std::int32_t>(walk_.vertices.size()));
+    const auto [it, fresh] =
+        vertices_.try_emplace(key(shape, transform), static_cast<std::int32_t>(walk_.vertices.size()));
     if (!fresh) return it->second;
     const brep::VertexData& data = model_.vertices[model_.shapes[shape].data];
-    walk_.vertices.push_back({shape, transform, walk_.transforms[transform].point(data.point), data.tolerance});
+    walk_.vertices.push_back(
+        {shape, transform, walk_.transforms[transform].point(data.point), data.tolerance});
     return it->second;
   }
 
   const brep::Model& model_;
   Walk walk_;
   std::unordered_map<std::uint64_t, std::int32_t> products_, edges_, vertices_;
-  std::unordered_map<std::int64_t, std::vector<std::int32_t>> by_place_;  // x of the translation in cells of 2^-20 mm
+  std::unordered_map<std::int64_t, std::vector<std::int32_t>>
+      by_place_;  // x of the translation in cells of 2^-20 mm
   std::int64_t uses_ = 0;
 };
 

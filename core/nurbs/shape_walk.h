@@ -36,7 +36,7 @@ struct Walk {
   std::vector<WalkFace> faces;        // in depth-first order; those of one shell stand together
   std::vector<WalkEdge> edges;
   std::vector<WalkVertex> vertices;
-  std::vector<Range> shells;          // into faces
+  std::vector<Range> shells;  // into faces
 };
 
 // Throws FormatError when the graph unfolds to more uses than any real model has, or nests too deep.

@@ -15,8 +15,8 @@ void sort_arguments(std::span<const double> knots, int degree, int span, double*
 
 Respan plan_respan(std::span<const double> knots, int degree, double a, double b) {
   const int count = static_cast<int>(knots.size()) - degree - 1;
-  // Old inner knots between a and b are [first, last). Those a rounding away from an end fall together with it:
-  // a span so short has no extent to solve for parameters in, only noise.
+  // Old inner knots between a and b are [first, last). Those a rounding away from an end fall together with
+  // it: a span so short has no extent to solve for parameters in, only noise.
   const double apart = 1e-12 * (b - a);
   int first = degree + 1;
   while (first < count && !(knots[first] > a + apart && knots[first] > knots[degree])) ++first;

@@ -59,10 +59,11 @@ void check_surface(const NurbsStore& store, std::size_t i) {
   for (std::int32_t k = f.ctrl.begin; k < f.ctrl.end; ++k)
     if (!finite(store.ctrl_h[k]) || !(store.ctrl_h[k].w > 0.0)) fail("control point", i);
   if (f.periodic_u != (f.period_u > 0.0) || f.periodic_v != (f.period_v > 0.0)) fail("period", i);
-  if (!std::isfinite(f.offset) || !std::isfinite(f.period_u) || !std::isfinite(f.period_v)) fail("surface numbers", i);
+  if (!std::isfinite(f.offset) || !std::isfinite(f.period_u) || !std::isfinite(f.period_v))
+    fail("surface numbers", i);
   if (!finite(f.domain) || f.domain.empty()) fail("surface domain", i);
-  if (!finite(f.location) || !finite(f.x_axis) || !finite(f.y_axis) || !finite(f.z_axis) || !std::isfinite(f.r1) ||
-      !std::isfinite(f.r2) || !std::isfinite(f.semi_angle))
+  if (!finite(f.location) || !finite(f.x_axis) || !finite(f.y_axis) || !finite(f.z_axis) ||
+      !std::isfinite(f.r1) || !std::isfinite(f.r2) || !std::isfinite(f.semi_angle))
     fail("surface frame", i);
 }
 
@@ -104,7 +105,8 @@ void check_faces(const NurbsStore& store) {
     check_index(f.shell, store.shells, "face shell", i);
     check_range(f.loops, store.loops, "face loops", i);
     if (f.status > FaceStatus::kUnsupported) fail("face status", i);
-    if (f.status == FaceStatus::kOk && store.surfaces[f.surface].kind == SurfaceKind::kNone) fail("face without surface", i);
+    if (f.status == FaceStatus::kOk && store.surfaces[f.surface].kind == SurfaceKind::kNone)
+      fail("face without surface", i);
     if (f.status == FaceStatus::kOk && (!finite(f.uv_box) || f.uv_box.empty())) fail("face uv box", i);
     for (std::int32_t l = f.loops.begin; l < f.loops.end; ++l)
       if (store.loops[l].face != static_cast<std::int32_t>(i)) fail("loop of another face", i);
@@ -156,25 +158,31 @@ void check_prototypes(const NurbsStore& store) {
   // A co-edge's edge lies in its face's prototype.
   for (std::size_t i = 0; i < store.coedges.size(); ++i) {
     const Range& edges = store.prototypes[store.faces[store.coedges[i].face].prototype].edges;
-    if (store.coedges[i].edge < edges.begin || store.coedges[i].edge >= edges.end) fail("edge of another prototype", i);
+    if (store.coedges[i].edge < edges.begin || store.coedges[i].edge >= edges.end)
+      fail("edge of another prototype", i);
   }
 }
 
 }  // namespace
 
 const char* kind_name(SurfaceKind kind) {
-  static const char* const names[] = {"plane",      "cylinder", "cone",   "sphere",  "torus", "extrusion",
+  static const char* const names[] = {"plane",      "cylinder", "cone",    "sphere", "torus", "extrusion",
                                       "revolution", "bezier",   "bspline", "offset", "none"};
   return kind <= SurfaceKind::kNone ? names[static_cast<int>(kind)] : "none";
 }
 
 const char* status_reason(FaceStatus status) {
   switch (status) {
-    case FaceStatus::kOk: return "ok";
-    case FaceStatus::kNoSurface: return "tessellated face without an exact surface";
-    case FaceStatus::kBadSurface: return "invalid surface (not finite, far off, weights <= 0 or unsorted knots)";
-    case FaceStatus::kBadTrim: return "boundary curves are missing, unusable, off the surface or enclose nothing";
-    case FaceStatus::kUnsupported: return "surface kind without an exact form";
+    case FaceStatus::kOk:
+      return "ok";
+    case FaceStatus::kNoSurface:
+      return "tessellated face without an exact surface";
+    case FaceStatus::kBadSurface:
+      return "invalid surface (not finite, far off, weights <= 0 or unsorted knots)";
+    case FaceStatus::kBadTrim:
+      return "boundary curves are missing, unusable, off the surface or enclose nothing";
+    case FaceStatus::kUnsupported:
+      return "surface kind without an exact form";
   }
   return "unknown";
 }

@@ -27,7 +27,17 @@ struct Range {
 
 // The analytic kind keeps the formulas of core/brep/topology.h.
 enum class SurfaceKind : std::uint8_t {
-  kPlane, kCylinder, kCone, kSphere, kTorus, kExtrusion, kRevolution, kBezier, kBspline, kOffset, kNone
+  kPlane,
+  kCylinder,
+  kCone,
+  kSphere,
+  kTorus,
+  kExtrusion,
+  kRevolution,
+  kBezier,
+  kBspline,
+  kOffset,
+  kNone
 };
 const char* kind_name(SurfaceKind kind);  // "plane", "cylinder", ...
 
@@ -51,7 +61,7 @@ struct Surface {
   Range ctrl;                             // NurbsStore::ctrl_h, [iu * count_v + iv]
   double period_u = 0.0, period_v = 0.0;  // 0 unless periodic
   double offset = 0.0;                    // kOffset only
-  Box2 domain;      // uv_face over which the NURBS form holds: the face's uv box plus a margin
+  Box2 domain;  // uv_face over which the NURBS form holds: the face's uv box plus a margin
   dvec3 location{0.0}, x_axis{0.0}, y_axis{0.0}, z_axis{0.0};
   double r1 = 0.0, r2 = 0.0, semi_angle = 0.0;
 };
@@ -71,13 +81,13 @@ struct CurvePiece {
 // is farther from the path than this (measured, then widened by a safety factor; at least kMinBand of
 // the prototype's diagonal).
 struct Edge {
-  Range pieces;                              // NurbsStore::edge_pieces; empty for a degenerate edge
+  Range pieces;  // NurbsStore::edge_pieces; empty for a degenerate edge
   std::int32_t vertex[2] = {-1, -1};
-  Range coedges;                             // NurbsStore::edge_coedges
-  double tolerance = 0.0;                    // as the file says
+  Range coedges;           // NurbsStore::edge_coedges
+  double tolerance = 0.0;  // as the file says
   double band = 0.0;
-  bool degenerate = false;                   // a pole or apex: its path is one point
-  bool smooth = false;                       // faces meet tangentially
+  bool degenerate = false;  // a pole or apex: its path is one point
+  bool smooth = false;      // faces meet tangentially
 };
 
 struct Vertex {
@@ -102,22 +112,22 @@ struct Loop {
 
 enum class FaceStatus : std::uint8_t {
   kOk,
-  kNoSurface,        // tessellated face, nothing exact to draw
-  kBadSurface,       // NaN or huge numbers, far from all edges, weights <= 0, unsorted knots
-  kBadTrim,          // p-curves missing, unusable or far off their edges, or an empty uv box
-  kUnsupported,      // a curve or surface kind without exact form or evaluator
+  kNoSurface,    // tessellated face, nothing exact to draw
+  kBadSurface,   // NaN or huge numbers, far from all edges, weights <= 0, unsorted knots
+  kBadTrim,      // p-curves missing, unusable or far off their edges, or an empty uv box
+  kUnsupported,  // a curve or surface kind without exact form or evaluator
 };
 const char* status_reason(FaceStatus status);  // "ok" or the reason a face cannot be drawn
 
 struct Face {
-  std::int32_t surface = -1;    // NurbsStore::surfaces
+  std::int32_t surface = -1;  // NurbsStore::surfaces
   std::int32_t prototype = -1, shell = -1;
-  std::int32_t shape = -1;      // index in the importer's byte stream (1-based), to trace a face to its file
-  Range loops;                  // NurbsStore::loops; empty: the whole natural domain
+  std::int32_t shape = -1;  // index in the importer's byte stream (1-based), to trace a face to its file
+  Range loops;              // NurbsStore::loops; empty: the whole natural domain
   FaceStatus status = FaceStatus::kOk;
-  bool reversed = false;        // outward normal is -(Su x Sv)
-  bool iso_rectangle = false;   // the trim is exactly uv_box: no inside test needed
-  Box2 uv_box;                  // of the trim curves, in uv_face
+  bool reversed = false;                 // outward normal is -(Su x Sv)
+  bool iso_rectangle = false;            // the trim is exactly uv_box: no inside test needed
+  Box2 uv_box;                           // of the trim curves, in uv_face
   float color[4] = {kNoColor, 0, 0, 1};  // sRGB-encoded, 0..1, straight alpha
   static constexpr float kNoColor = -1.0f;
   bool has_color() const { return color[0] >= 0.0f; }

@@ -1,7 +1,8 @@
 // The file of a store: one header, then every array in the order of NurbsStore.
 //
-//   header   8 bytes magic, u32 byte-order mark, u32 version, u64 bytes after the header, u64 checksum of these
-//   array    u64 count, then its elements: plain numbers as they lie in memory, records field by field (so that
+//   header   8 bytes magic, u32 byte-order mark, u32 version, u64 bytes after the header, u64 checksum of
+//   these array    u64 count, then its elements: plain numbers as they lie in memory, records field by field
+//   (so that
 //            no padding is written and no bool or enum is read from an arbitrary byte)
 #include "core/nurbs/store_file.h"
 
@@ -192,7 +193,8 @@ void instance(auto& file, auto& n) {
   color(file, n.color);
 }
 
-static_assert(sizeof(Loop) == 12 && sizeof(CurvePiece) == 24 && sizeof(Vertex) == 32, "written as blocks: no padding");
+static_assert(sizeof(Loop) == 12 && sizeof(CurvePiece) == 24 && sizeof(Vertex) == 32,
+              "written as blocks: no padding");
 static_assert(sizeof(dvec4) == 32 && sizeof(dvec3) == 24);
 
 void arrays(auto& file, auto& store) {
@@ -231,9 +233,10 @@ T get(std::span<const std::byte> bytes, std::size_t at) {
 
 std::vector<std::byte> save_store(const NurbsStore& store) {
   Writer file;
-  file.out.reserve(kHeader + store.surfaces.size() * 300 + (store.knots.size() + 4 * store.ctrl_h.size()) * 8 +
-                   store.faces.size() * 80 + store.coedges.size() * 24 + store.edges.size() * 48 +
-                   store.trim_pieces.size() * 24 + store.trim_ctrl_h.size() * 24 + store.edge_pieces.size() * 24 +
+  file.out.reserve(kHeader + store.surfaces.size() * 300 +
+                   (store.knots.size() + 4 * store.ctrl_h.size()) * 8 + store.faces.size() * 80 +
+                   store.coedges.size() * 24 + store.edges.size() * 48 + store.trim_pieces.size() * 24 +
+                   store.trim_ctrl_h.size() * 24 + store.edge_pieces.size() * 24 +
                    store.edge_ctrl_h.size() * 32 + store.vertices.size() * 32 + store.instances.size() * 128 +
                    store.meta.size() + 4096);
   file.out.resize(kHeader);
@@ -255,12 +258,15 @@ void reseal_store(std::span<std::byte> file) {
 NurbsStore load_store(std::span<const std::byte> bytes) {
   if (bytes.size() < kHeader || std::memcmp(bytes.data(), kMagic, sizeof kMagic) != 0)
     throw FormatError("not a NURBS store file");
-  if (get<std::uint32_t>(bytes, 8) != kByteOrder) throw FormatError("NURBS store file: of a machine with another byte order");
+  if (get<std::uint32_t>(bytes, 8) != kByteOrder)
+    throw FormatError("NURBS store file: of a machine with another byte order");
   if (get<std::uint32_t>(bytes, 12) != kVersion)
-    throw FormatError("NURBS store file: version " + std::to_string(get<std::uint32_t>(bytes, 12)) + ", expected " +
-                      std::to_string(kVersion));
-  if (get<std::uint64_t>(bytes, 16) != bytes.size() - kHeader) throw FormatError("NURBS store file: wrong length");
-  if (get<std::uint64_t>(bytes, 24) != checksum(bytes.subspan(kHeader))) throw FormatError("NURBS store file: wrong checksum");
+    throw FormatError("NURBS store file: version " + std::to_string(get<std::uint32_t>(bytes, 12)) +
+                      ", expected " + std::to_string(kVersion));
+  if (get<std::uint64_t>(bytes, 16) != bytes.size() - kHeader)
+    throw FormatError("NURBS store file: wrong length");
+  if (get<std::uint64_t>(bytes, 24) != checksum(bytes.subspan(kHeader)))
+    throw FormatError("NURBS store file: wrong checksum");
   NurbsStore store;
   Reader file(bytes.subspan(kHeader));
   arrays(file, store);

@@ -29,14 +29,17 @@ Axis axis_at(std::span<const double> knots, int degree, ParamMap map, double u, 
 Jet nurbs_jet(const SurfaceView& view, dvec2 uv, int derivatives) {
   const Surface& f = *view.surface;
   const dvec2 middle = f.domain.center();
-  if (f.periodic_u && !(uv.x >= f.domain.lower.x && uv.x <= f.domain.upper.x)) uv.x = wrap_near(uv.x, middle.x, f.period_u);
-  if (f.periodic_v && !(uv.y >= f.domain.lower.y && uv.y <= f.domain.upper.y)) uv.y = wrap_near(uv.y, middle.y, f.period_v);
+  if (f.periodic_u && !(uv.x >= f.domain.lower.x && uv.x <= f.domain.upper.x))
+    uv.x = wrap_near(uv.x, middle.x, f.period_u);
+  if (f.periodic_v && !(uv.y >= f.domain.lower.y && uv.y <= f.domain.upper.y))
+    uv.y = wrap_near(uv.y, middle.y, f.period_v);
   const Axis u = axis_at(view.knots_u, f.degree_u, f.map_u, uv.x, derivatives);
   const Axis v = axis_at(view.knots_v, f.degree_v, f.map_v, uv.y, derivatives);
 
   dvec4 h[3][3] = {};  // h[a][b]: a-th derivative in s_u, b-th in s_v, a + b <= derivatives
   for (int i = 0; i <= f.degree_u; ++i) {
-    const dvec4* row = view.ctrl_h + std::ptrdiff_t(u.span - f.degree_u + i) * f.count_v + (v.span - f.degree_v);
+    const dvec4* row =
+        view.ctrl_h + std::ptrdiff_t(u.span - f.degree_u + i) * f.count_v + (v.span - f.degree_v);
     dvec4 along[3] = {};
     for (int b = 0; b <= derivatives; ++b)
       for (int j = 0; j <= f.degree_v; ++j) along[b] += v.basis.value[b][j] * row[j];

@@ -58,15 +58,15 @@ void finish(SurfaceForm& form) {
 }  // namespace
 
 SplineCurve<dvec3> circle_basis(double a, double b) {
-  return conic_basis(a, b, kCircleSpan, ParamMap::kCircular,
-                     [](double t) { return dvec2(std::cos(t), std::sin(t)); },
-                     [](double h) { return std::cos(h); });
+  return conic_basis(
+      a, b, kCircleSpan, ParamMap::kCircular, [](double t) { return dvec2(std::cos(t), std::sin(t)); },
+      [](double h) { return std::cos(h); });
 }
 
 SplineCurve<dvec3> hyperbola_basis(double a, double b) {
-  return conic_basis(a, b, kHyperbolaSpan, ParamMap::kHyperbolic,
-                     [](double t) { return dvec2(std::cosh(t), std::sinh(t)); },
-                     [](double h) { return std::cosh(h); });
+  return conic_basis(
+      a, b, kHyperbolaSpan, ParamMap::kHyperbolic, [](double t) { return dvec2(std::cosh(t), std::sinh(t)); },
+      [](double h) { return std::cosh(h); });
 }
 
 bool has_closed_form(SurfaceKind kind) {
@@ -105,12 +105,13 @@ void set_closed_form_nurbs(SurfaceForm& form, const Box2& domain) {
   set_axis_v(form, profile);
   for (const dvec3& c : circle.ctrl)
     for (const dvec3& p : profile.ctrl)
-      form.ctrl_h.emplace_back(p.x * (c.x * f.x_axis + c.y * f.y_axis) + c.z * (p.y * f.z_axis + p.z * f.location),
-                               c.z * p.z);
+      form.ctrl_h.emplace_back(
+          p.x * (c.x * f.x_axis + c.y * f.y_axis) + c.z * (p.y * f.z_axis + p.z * f.location), c.z * p.z);
   finish(form);
 }
 
-void set_extrusion_nurbs(SurfaceForm& form, const SplineCurve<dvec4>& curve, dvec3 direction, double v0, double v1) {
+void set_extrusion_nurbs(SurfaceForm& form, const SplineCurve<dvec4>& curve, dvec3 direction, double v0,
+                         double v1) {
   form.ctrl_h.clear();
   set_axis_u(form, curve);
   set_axis_v(form, line_basis({}, {}, v0, v1));

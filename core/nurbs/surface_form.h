@@ -41,12 +41,14 @@ SplineCurve<dvec3> hyperbola_basis(double a, double b);
 // Is the kind one of plane, cylinder, cone, sphere, torus?
 bool has_closed_form(SurfaceKind kind);
 
-// Fills the exact NURBS form of a plane ... torus from its frame and radii, over domain; kind, frame and radii are set.
+// Fills the exact NURBS form of a plane ... torus from its frame and radii, over domain; kind, frame and
+// radii are set.
 void set_closed_form_nurbs(SurfaceForm& form, const Box2& domain);
 
 // Tensor forms: a profile (r, z, w; homogeneous) turned about the frame's z; a curve turned about an axis;
 // a curve moved along a direction. The curve's parameter is u for the extrusion and v for the turned ones.
-void set_extrusion_nurbs(SurfaceForm& form, const SplineCurve<dvec4>& curve, dvec3 direction, double v0, double v1);
+void set_extrusion_nurbs(SurfaceForm& form, const SplineCurve<dvec4>& curve, dvec3 direction, double v0,
+                         double v1);
 void set_revolution_nurbs(SurfaceForm& form, const SplineCurve<dvec4>& curve, dvec3 location, dvec3 axis,
                           double u0, double u1);
 

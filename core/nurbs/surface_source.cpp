@@ -12,7 +12,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kMargin = 0.01;       // of the uv box's width
 constexpr double kSplineReach = 0.05;  // of the end span, that a spline is continued at most without need
 constexpr double kMaxTurns = 16.0;
-constexpr double kMaxSwell = 10.0;     // how much larger than its poles' box a spline may grow beyond its ends
+constexpr double kMaxSwell = 10.0;  // how much larger than its poles' box a spline may grow beyond its ends
 
 using Kind = brep::SurfaceKind;
 
@@ -23,23 +23,35 @@ bool sound(const dvec3& v) {
 
 bool sound_frame(const Surface& f) {
   if (!sound(f.location) || !sound(f.x_axis) || !sound(f.y_axis) || !sound(f.z_axis)) return false;
-  if (!(std::abs(f.r1) < kMaxCoordinate) || !(std::abs(f.r2) < kMaxCoordinate) || !std::isfinite(f.semi_angle)) return false;
+  if (!(std::abs(f.r1) < kMaxCoordinate) || !(std::abs(f.r2) < kMaxCoordinate) ||
+      !std::isfinite(f.semi_angle))
+    return false;
   const double volume = glm::dot(glm::cross(f.x_axis, f.y_axis), f.z_axis);
   return std::abs(std::abs(volume) - 1.0) < 1e-3;
 }
 
 SurfaceKind plain_kind(Kind kind) {
   switch (kind) {
-    case Kind::kPlane: return SurfaceKind::kPlane;
-    case Kind::kCylinder: return SurfaceKind::kCylinder;
-    case Kind::kCone: return SurfaceKind::kCone;
-    case Kind::kSphere: return SurfaceKind::kSphere;
-    case Kind::kTorus: return SurfaceKind::kTorus;
-    case Kind::kExtrusion: return SurfaceKind::kExtrusion;
-    case Kind::kRevolution: return SurfaceKind::kRevolution;
-    case Kind::kBezier: return SurfaceKind::kBezier;
-    case Kind::kBspline: return SurfaceKind::kBspline;
-    default: return SurfaceKind::kNone;
+    case Kind::kPlane:
+      return SurfaceKind::kPlane;
+    case Kind::kCylinder:
+      return SurfaceKind::kCylinder;
+    case Kind::kCone:
+      return SurfaceKind::kCone;
+    case Kind::kSphere:
+      return SurfaceKind::kSphere;
+    case Kind::kTorus:
+      return SurfaceKind::kTorus;
+    case Kind::kExtrusion:
+      return SurfaceKind::kExtrusion;
+    case Kind::kRevolution:
+      return SurfaceKind::kRevolution;
+    case Kind::kBezier:
+      return SurfaceKind::kBezier;
+    case Kind::kBspline:
+      return SurfaceKind::kBspline;
+    default:
+      return SurfaceKind::kNone;
   }
 }
 
@@ -59,19 +71,28 @@ bool sound_definition(const brep::Model& model, const brep::Surface& b) {
   }
   if (b.kind == Kind::kExtrusion || b.kind == Kind::kRevolution)
     return b.basis_curve >= 0 && sound(b.location) && sound(b.z_axis) &&
-           std::abs(glm::length(b.z_axis) - 1.0) < 1e-3 && static_cast<std::size_t>(b.basis_curve) < model.curves3.size();
+           std::abs(glm::length(b.z_axis) - 1.0) < 1e-3 &&
+           static_cast<std::size_t>(b.basis_curve) < model.curves3.size();
   return true;
 }
 
-// Offset surfaces that are again of the same closed form. The normal Su x Sv of a right-handed frame points outward.
+// Offset surfaces that are again of the same closed form. The normal Su x Sv of a right-handed frame points
+// outward.
 bool absorb_offset(Surface& f, double offset) {
   const double outward = glm::dot(glm::cross(f.x_axis, f.y_axis), f.z_axis) > 0.0 ? offset : -offset;
   switch (f.kind) {
-    case SurfaceKind::kPlane: f.location += offset * glm::normalize(glm::cross(f.x_axis, f.y_axis)); return true;
+    case SurfaceKind::kPlane:
+      f.location += offset * glm::normalize(glm::cross(f.x_axis, f.y_axis));
+      return true;
     case SurfaceKind::kCylinder:
-    case SurfaceKind::kSphere: f.r1 += outward; return f.r1 > 0.0;
-    case SurfaceKind::kTorus: f.r2 += outward; return f.r2 > 0.0 && f.r1 > f.r2;
-    default: return false;
+    case SurfaceKind::kSphere:
+      f.r1 += outward;
+      return f.r1 > 0.0;
+    case SurfaceKind::kTorus:
+      f.r2 += outward;
+      return f.r2 > 0.0 && f.r1 > f.r2;
+    default:
+      return false;
   }
 }
 
@@ -92,7 +113,8 @@ void set_periods(SurfaceSource& s, const brep::Model& model) {
       set(0, 2.0 * kPi);
       s.natural.lower.x = 0.0, s.natural.upper.x = 2.0 * kPi;
       break;
-    default: break;
+    default:
+      break;
   }
   if (s.basis_kind == SurfaceKind::kSphere) s.natural.lower.y = -kPi / 2, s.natural.upper.y = kPi / 2;
   if (s.basis_kind == SurfaceKind::kTorus) {
@@ -104,12 +126,13 @@ void set_periods(SurfaceSource& s, const brep::Model& model) {
     const int axis = s.basis_kind == SurfaceKind::kExtrusion ? 0 : 1;
     set(axis, d.period);
     s.natural.lower[axis] = d.lower, s.natural.upper[axis] = d.upper;
-    if (d.period > 0.0 && !std::isfinite(d.lower)) s.natural.lower[axis] = 0.0, s.natural.upper[axis] = d.period;
+    if (d.period > 0.0 && !std::isfinite(d.lower))
+      s.natural.lower[axis] = 0.0, s.natural.upper[axis] = d.period;
   }
   if (s.basis_kind == SurfaceKind::kBezier) s.natural = {dvec2(0.0), dvec2(1.0)};
   if (s.basis_kind == SurfaceKind::kBspline) {
-    const auto ends = [](const std::vector<double>& knots, const std::vector<std::int32_t>& m, int degree, int count,
-                         bool periodic) {
+    const auto ends = [](const std::vector<double>& knots, const std::vector<std::int32_t>& m, int degree,
+                         int count, bool periodic) {
       if (periodic) return dvec2(knots.front(), knots.back());
       const FlatKnots flat = flatten_knots(knots, m, degree, count, false, 0.0, 0.0);
       return dvec2(flat.knots[degree], flat.knots[count]);
@@ -143,7 +166,8 @@ void place(SurfaceSource& s, const Transform& t) {
   const bool angles = s.basis_kind == SurfaceKind::kSphere || s.basis_kind == SurfaceKind::kTorus;
   if (has_closed_form(s.basis_kind) && (rigid || (similar && angles))) {
     f.location = t.point(f.location);
-    f.x_axis = t.vector(f.x_axis) / scale, f.y_axis = t.vector(f.y_axis) / scale, f.z_axis = t.vector(f.z_axis) / scale;
+    f.x_axis = t.vector(f.x_axis) / scale, f.y_axis = t.vector(f.y_axis) / scale,
+    f.z_axis = t.vector(f.z_axis) / scale;
     f.r1 *= scale, f.r2 *= scale;
     return;
   }
@@ -166,24 +190,26 @@ void widen(double& lo, double& hi, double natural_lo, double natural_hi, double 
   lo = std::min(lo, std::max(wide_lo, natural_lo)), hi = std::max(hi, std::min(wide_hi, natural_hi));
 }
 
-// Part of an end span that a spline may be continued: beyond [-1, 1] a polynomial grows at most like the Chebyshev
-// polynomial T_p, so that it stays within twice its bound on the span where T_p(1 + 2 reach) <= 2.
+// Part of an end span that a spline may be continued: beyond [-1, 1] a polynomial grows at most like the
+// Chebyshev polynomial T_p, so that it stays within twice its bound on the span where T_p(1 + 2 reach) <= 2.
 double spline_reach(int degree) {
   return std::min(kSplineReach, 0.5 * (std::cosh(std::acosh(2.0) / std::max(degree, 1)) - 1.0));
 }
 
 // For splines: a margin beyond the natural end that does not strain the end span.
-void widen_spline(double& lo, double& hi, const CurveDomain& d, std::span<const double> distinct, int degree) {
+void widen_spline(double& lo, double& hi, const CurveDomain& d, std::span<const double> distinct,
+                  int degree) {
   const double width = hi - lo;
   widen(lo, hi, d.lower, d.upper, d.period);
   if (d.period > 0.0 || distinct.size() < 2) return;
-  const double first = distinct[1] - distinct[0], last = distinct[distinct.size() - 1] - distinct[distinct.size() - 2];
+  const double first = distinct[1] - distinct[0],
+               last = distinct[distinct.size() - 1] - distinct[distinct.size() - 2];
   if (lo <= d.lower) lo = std::min(lo, d.lower - std::min(kMargin * width, spline_reach(degree) * first));
   if (hi >= d.upper) hi = std::max(hi, d.upper + std::min(kMargin * width, spline_reach(degree) * last));
 }
 
-// Did continuing the spline beyond its ends (the loops may ask for that) blow it up? Within them it lies in the box of
-// its poles.
+// Did continuing the spline beyond its ends (the loops may ask for that) blow it up? Within them it lies in
+// the box of its poles.
 bool swollen(const brep::Surface& b, const SurfaceForm& form) {
   Box3 poles, form_box;
   for (const dvec3& p : b.poles) poles.add(p);
@@ -206,20 +232,27 @@ bool spline_over(const brep::Surface& b, const SurfaceSource& source, Box2 box, 
     widen_spline(box.lower.y, box.upper.y, {0.0, 1.0, 0.0}, ends, f.degree_v);
   } else {
     f.degree_u = b.degree_u, f.degree_v = b.degree_v;
-    widen_spline(box.lower.x, box.upper.x, {source.natural.lower.x, source.natural.upper.x, f.period_u}, b.knots_u, f.degree_u);
-    widen_spline(box.lower.y, box.upper.y, {source.natural.lower.y, source.natural.upper.y, f.period_v}, b.knots_v, f.degree_v);
+    widen_spline(box.lower.x, box.upper.x, {source.natural.lower.x, source.natural.upper.x, f.period_u},
+                 b.knots_u, f.degree_u);
+    widen_spline(box.lower.y, box.upper.y, {source.natural.lower.y, source.natural.upper.y, f.period_v},
+                 b.knots_v, f.degree_v);
     const auto far = [](double t, double first, double period) {
       return period > 0.0 && !(std::abs(t - first) <= kMaxTurnsAway * period);
     };
-    if (far(box.lower.x, b.knots_u.front(), f.period_u) || far(box.lower.y, b.knots_v.front(), f.period_v)) return false;
-    u = flatten_knots(b.knots_u, b.multiplicities_u, f.degree_u, b.count_u, b.periodic_u, box.lower.x, box.upper.x);
-    v = flatten_knots(b.knots_v, b.multiplicities_v, f.degree_v, b.count_v, b.periodic_v, box.lower.y, box.upper.y);
+    if (far(box.lower.x, b.knots_u.front(), f.period_u) || far(box.lower.y, b.knots_v.front(), f.period_v))
+      return false;
+    u = flatten_knots(b.knots_u, b.multiplicities_u, f.degree_u, b.count_u, b.periodic_u, box.lower.x,
+                      box.upper.x);
+    v = flatten_knots(b.knots_v, b.multiplicities_v, f.degree_v, b.count_v, b.periodic_v, box.lower.y,
+                      box.upper.y);
   }
   // Further off than half the surface's width its polynomials mean nothing.
-  const dvec2 begin(u.knots[f.degree_u], v.knots[f.degree_v]), end(u.knots[u.wrap.size()], v.knots[v.wrap.size()]);
+  const dvec2 begin(u.knots[f.degree_u], v.knots[f.degree_v]),
+      end(u.knots[u.wrap.size()], v.knots[v.wrap.size()]);
   const dvec2 slack = 0.5 * (end - begin);
   for (int d = 0; d < 2; ++d)
-    if (box.lower[d] < begin[d] - slack[d] || box.upper[d] > end[d] + slack[d] || box.lower[d] >= end[d] || box.upper[d] <= begin[d])
+    if (box.lower[d] < begin[d] - slack[d] || box.upper[d] > end[d] + slack[d] || box.lower[d] >= end[d] ||
+        box.upper[d] <= begin[d])
       return false;
   out.knots_u = std::move(u.knots), out.knots_v = std::move(v.knots);
   f.count_u = static_cast<std::int32_t>(u.wrap.size()), f.count_v = static_cast<std::int32_t>(v.wrap.size());
@@ -234,13 +267,15 @@ bool spline_over(const brep::Surface& b, const SurfaceSource& source, Box2 box, 
   return !swollen(b, out);
 }
 
-bool swept_over(const brep::Model& model, const brep::Surface& b, const SurfaceSource& source, Box2 box, SurfaceForm& out) {
+bool swept_over(const brep::Model& model, const brep::Surface& b, const SurfaceSource& source, Box2 box,
+                SurfaceForm& out) {
   const bool extrusion = b.kind == Kind::kExtrusion;
   const int axis = extrusion ? 0 : 1;  // of the curve
   CurveDomain d = curve_domain<3>(model.curves3, b.basis_curve);
   std::int32_t basis = b.basis_curve;
   while (model.curves3[basis].kind == brep::CurveKind::kTrimmed) basis = model.curves3[basis].basis;
-  if (model.curves3[basis].kind != brep::CurveKind::kBspline && model.curves3[basis].kind != brep::CurveKind::kBezier)
+  if (model.curves3[basis].kind != brep::CurveKind::kBspline &&
+      model.curves3[basis].kind != brep::CurveKind::kBezier)
     d.lower = -kInf, d.upper = kInf;
   widen(box.lower[axis], box.upper[axis], d.lower, d.upper, d.period);
   const int other = 1 - axis;
@@ -266,8 +301,10 @@ SurfaceSource read_surface(const brep::Model& model, std::int32_t index, const T
   const brep::Surface* b = &model.surfaces[index];
   Box2 trim{dvec2(-kInf), dvec2(kInf)};
   while (b->kind == Kind::kTrimmed || b->kind == Kind::kOffset) {
-    if (b->kind == Kind::kOffset) offset += b->offset;
-    else trim = {glm::max(trim.lower, dvec2(b->u0, b->v0)), glm::min(trim.upper, dvec2(b->u1, b->v1))};
+    if (b->kind == Kind::kOffset)
+      offset += b->offset;
+    else
+      trim = {glm::max(trim.lower, dvec2(b->u0, b->v0)), glm::min(trim.upper, dvec2(b->u1, b->v1))};
     if (b->basis < 0) {
       s.status = FaceStatus::kBadSurface;
       return s;
@@ -302,20 +339,25 @@ SurfaceSource read_surface(const brep::Model& model, std::int32_t index, const T
   if (trim.upper.x > trim.lower.x && trim.upper.y > trim.lower.y)
     for (int d = 0; d < 2; ++d) {
       const bool periodic = d == 0 ? f.periodic_u : f.periodic_v;
-      if (periodic && std::isfinite(trim.lower[d])) s.natural.lower[d] = trim.lower[d], s.natural.upper[d] = trim.upper[d];
+      if (periodic && std::isfinite(trim.lower[d]))
+        s.natural.lower[d] = trim.lower[d], s.natural.upper[d] = trim.upper[d];
     }
   if (!identity(placement)) place(s, placement);
   return s;
 }
 
-bool surface_over(const brep::Model& model, const SurfaceSource& source, const Box2& uv_box, SurfaceForm& out) {
+bool surface_over(const brep::Model& model, const SurfaceSource& source, const Box2& uv_box,
+                  SurfaceForm& out) {
   out = source.form;
   Box2 box = uv_box;
   for (int d = 0; d < 2; ++d) {
-    if (!(box.upper[d] > box.lower[d]) || !(std::abs(box.lower[d]) < kMaxCoordinate) || !(std::abs(box.upper[d]) < kMaxCoordinate))
+    if (!(box.upper[d] > box.lower[d]) || !(std::abs(box.lower[d]) < kMaxCoordinate) ||
+        !(std::abs(box.upper[d]) < kMaxCoordinate))
       return false;
     const double period = d == 0 ? out.surface.period_u : out.surface.period_v;
-    if (period > 0.0 && (box.upper[d] - box.lower[d] > kMaxTurns * period || std::abs(box.lower[d]) > 1e6 * period)) return false;
+    if (period > 0.0 &&
+        (box.upper[d] - box.lower[d] > kMaxTurns * period || std::abs(box.lower[d]) > 1e6 * period))
+      return false;
   }
   const SurfaceKind kind = out.surface.kind;
   if (has_closed_form(source.basis_kind)) {

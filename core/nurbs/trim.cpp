@@ -60,7 +60,8 @@ struct TrimIndex::Impl {
 TrimIndex::TrimIndex(const NurbsStore& store, int threads) : impl_(std::make_unique<Impl>()) {
   impl_->faces.resize(store.faces.size());
   parallel_ranges(store.faces.size(), 16, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) impl_->faces[i] = make_face_trim(store, static_cast<std::int32_t>(i));
+    for (std::size_t i = begin; i < end; ++i)
+      impl_->faces[i] = make_face_trim(store, static_cast<std::int32_t>(i));
   });
 }
 TrimIndex::TrimIndex(TrimIndex&&) noexcept = default;

@@ -8,8 +8,8 @@ namespace trimray::nurbs {
 struct TrimGrid::RowEntry {
   std::uint32_t index = 0;
   int first_column = 0, last_column = 0;
-  bool from_below = false;      // it crosses the row's foot
-  double changes[2] = {0, 0};   // heights in this row where it starts or ends
+  bool from_below = false;     // it crosses the row's foot
+  double changes[2] = {0, 0};  // heights in this row where it starts or ends
   int change_count = 0;
 };
 
@@ -45,8 +45,10 @@ TrimGrid::TrimGrid(TrimSegments&& trims)
         for (int k = 0; k < entries[next].change_count; ++k) {
           const double v = entries[next].changes[k];
           const auto at = std::lower_bound(gathered.begin(), gathered.end(), v);
-          if (at != gathered.end() && *at == v) gathered.erase(at);
-          else gathered.insert(at, v);
+          if (at != gathered.end() && *at == v)
+            gathered.erase(at);
+          else
+            gathered.insert(at, v);
         }
       }
       changes[c] = gathered, base[c] = parity;
@@ -58,15 +60,16 @@ TrimGrid::TrimGrid(TrimSegments&& trims)
       cell_changes_.insert(cell_changes_.end(), changes[c].begin(), changes[c].end());
     }
   }
-  cells_.push_back({static_cast<std::uint32_t>(cell_segments_.size()),
-                    static_cast<std::uint32_t>(cell_changes_.size())});
+  cells_.push_back(
+      {static_cast<std::uint32_t>(cell_segments_.size()), static_cast<std::uint32_t>(cell_changes_.size())});
 }
 
 // A side of 2 sqrt(n) cells: a single loop of n segments then leaves most cells empty and puts one or two
 // segments into the others.
 void TrimGrid::choose_resolution() {
   const dvec2 extent = box_.empty() ? dvec2(0.0) : box_.extent();
-  const int side = std::clamp(static_cast<int>(2.0 * std::sqrt(static_cast<double>(segments_.size()))) + 2, 4, 256);
+  const int side =
+      std::clamp(static_cast<int>(2.0 * std::sqrt(static_cast<double>(segments_.size()))) + 2, 4, 256);
   columns_ = extent.x > 0.0 ? side : 1;
   rows_ = extent.y > 0.0 ? side : 1;
   scale_ = {extent.x > 0.0 ? columns_ / extent.x : 0.0, extent.y > 0.0 ? rows_ / extent.y : 0.0};

@@ -54,7 +54,8 @@ class TrimGrid {
 };
 
 inline bool TrimGrid::inside(dvec2 uv) const {
-  if (!(uv.x >= box_.lower.x && uv.x <= box_.upper.x && uv.y >= box_.lower.y && uv.y <= box_.upper.y)) return false;
+  if (!(uv.x >= box_.lower.x && uv.x <= box_.upper.x && uv.y >= box_.lower.y && uv.y <= box_.upper.y))
+    return false;
   const Cell* cell = &cells_[row(uv.y) * columns_ + column(uv.x)];
   bool parity = cell[0].changes_and_base & kBase;
   for (std::uint32_t i = cell[0].changes_and_base & ~kBase; i < (cell[1].changes_and_base & ~kBase); ++i)

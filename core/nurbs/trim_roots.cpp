@@ -74,9 +74,8 @@ int sign_changes(std::span<const double> c) {
 // counts as flat.
 void find(std::vector<double>& c, double t0, double t1, double noise, int depth, std::vector<double>& roots) {
   if (sign_changes(c) == 0) return;
-  const double largest = std::abs(*std::max_element(c.begin(), c.end(), [](double a, double b) {
-    return std::abs(a) < std::abs(b);
-  }));
+  const double largest = std::abs(
+      *std::max_element(c.begin(), c.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
   const double middle = 0.5 * (t0 + t1);
   if (depth == kMaxDepth || !(largest > noise)) {
     if (c.front() * c.back() < 0.0) roots.push_back(middle);

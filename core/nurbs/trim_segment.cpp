@@ -77,7 +77,8 @@ class Cutter {
     push(ctrl_h, from, to, low, high, 1e-15 * static_cast<double>(ctrl_h.size()) * size);
   }
 
-  void push(const std::vector<dvec3>& ctrl_h, dvec2 from, dvec2 to, double low, double high, double rounding) {
+  void push(const std::vector<dvec3>& ctrl_h, dvec2 from, dvec2 to, double low, double high,
+            double rounding) {
     TrimSegment s;
     s.lo = from, s.hi = to;
     s.degree = static_cast<std::int32_t>(ctrl_h.size()) - 1;
@@ -129,10 +130,14 @@ TrimSegments cut_trim_loops(const NurbsStore& store, std::int32_t face_index) {
           throw ArgumentError("face " + std::to_string(face_index) + ": trim curve of degree " +
                               std::to_string(ctrl_h.size() - 1));
         const dvec2 start = project(ctrl_h.front()), end = project(ctrl_h.back());
-        if (!begun) first = start, begun = true;
-        else if (last != start) cutter.line(last, start);
-        if (ctrl_h.size() == 2) cutter.line(start, end);
-        else cutter.piece(ctrl_h);
+        if (!begun)
+          first = start, begun = true;
+        else if (last != start)
+          cutter.line(last, start);
+        if (ctrl_h.size() == 2)
+          cutter.line(start, end);
+        else
+          cutter.piece(ctrl_h);
         last = end;
       }
     }

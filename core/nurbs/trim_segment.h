@@ -15,7 +15,7 @@ struct alignas(64) TrimSegment {
   dvec2 lo, hi;
   // Every point c of the curve has cross(hi - lo, c - lo) in [cross_min, cross_max]; both 0 for a line.
   double cross_min = 0.0, cross_max = 0.0;
-  std::uint32_t ctrl = 0;    // first control point, from lo to hi; lines have none
+  std::uint32_t ctrl = 0;  // first control point, from lo to hi; lines have none
   std::int32_t degree = 1;
 };
 

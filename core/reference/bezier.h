@@ -38,7 +38,8 @@ struct Span {
 std::vector<Span> spans_over(std::span<const double> knots, int degree, double lower, double upper);
 
 // The piece of the surface over one span in each direction, exact up to rounding: the Bezier points are the
-// values of the blossom at repeated span ends (Ramshaw 1987), whether the interval lies within the knots or not.
+// values of the blossom at repeated span ends (Ramshaw 1987), whether the interval lies within the knots or
+// not.
 Patch extract(const nurbs::NurbsStore& store, const nurbs::Surface& surface, const Span& u, const Span& v,
               const Vec3& origin);
 

@@ -12,16 +12,18 @@ namespace {
 
 constexpr double kExtendMost = 0.02;  // of the uv_box: beyond it an extrapolated spline means nothing
 constexpr int kMaxOffsetDepth = 6;
-constexpr double kSame = 1e-10;       // of the face's size: crossings of one direction so close are one
-constexpr double kFitTol = 1e-10;     // of the face's size, approximation of offset surfaces
+constexpr double kSame = 1e-10;    // of the face's size: crossings of one direction so close are one
+constexpr double kFitTol = 1e-10;  // of the face's size, approximation of offset surfaces
 
 Vec3 affine(const Vec4& h) { return Vec3(h) / h.w; }
 
 // Piece of the whole region around one parameter pair, for measuring only.
-PatchPoint probe(const nurbs::NurbsStore& store, const nurbs::Surface& s, double su, double sv, const Vec3& origin) {
+PatchPoint probe(const nurbs::NurbsStore& store, const nurbs::Surface& s, double su, double sv,
+                 const Vec3& origin) {
   const std::span<const double> ku(&store.knots[s.knots_u.begin], s.knots_u.size());
   const std::span<const double> kv(&store.knots[s.knots_v.begin], s.knots_v.size());
-  const std::vector<Span> us = spans_over(ku, s.degree_u, -1e300, 1e300), vs = spans_over(kv, s.degree_v, -1e300, 1e300);
+  const std::vector<Span> us = spans_over(ku, s.degree_u, -1e300, 1e300),
+                          vs = spans_over(kv, s.degree_v, -1e300, 1e300);
   auto pick = [](std::vector<Span> spans, std::span<const double> knots, double x) {
     Span best = spans.front();
     for (const Span& span : spans)
@@ -36,8 +38,8 @@ PatchPoint probe(const nurbs::NurbsStore& store, const nurbs::Surface& s, double
 
 // How far the region reaches beyond one side of the uv_box, so that margin mm are covered there. A side
 // that is one point (pole, apex) ends the surface.
-double extension(const nurbs::NurbsStore& store, const nurbs::Surface& s, const Box2& box, int axis, bool upper,
-                 double margin, double size, const Vec3& origin) {
+double extension(const nurbs::NurbsStore& store, const nurbs::Surface& s, const Box2& box, int axis,
+                 bool upper, double margin, double size, const Vec3& origin) {
   const std::span<const double> ku(&store.knots[s.knots_u.begin], s.knots_u.size());
   const std::span<const double> kv(&store.knots[s.knots_v.begin], s.knots_v.size());
   const double width = box.upper[axis] - box.lower[axis];
@@ -60,8 +62,8 @@ double extension(const nurbs::NurbsStore& store, const nurbs::Surface& s, const 
   return std::min(kExtendMost * width, margin / std::max(slowest, 1e-300));
 }
 
-Box2 search_region(const nurbs::NurbsStore& store, const nurbs::Face& face, const nurbs::Surface& s, double margin,
-                   double size, const Vec3& origin) {
+Box2 search_region(const nurbs::NurbsStore& store, const nurbs::Face& face, const nurbs::Surface& s,
+                   double margin, double size, const Vec3& origin) {
   Box2 box = face.uv_box;
   const bool periodic[2] = {s.periodic_u, s.periodic_v};
   const double period[2] = {s.period_u, s.period_v};
@@ -111,10 +113,10 @@ FaceModel::FaceModel(const nurbs::NurbsStore& store, std::int32_t face, double m
   size_ = hull.diagonal();
 
   const Box2 region = search_region(store, f, s, margin, size_, origin_);
-  const std::vector<Span> us =
-      spans_over(knots_u_, s.degree_u, to_nurbs(knots_u_, map_u_, region.lower.x), to_nurbs(knots_u_, map_u_, region.upper.x));
-  const std::vector<Span> vs =
-      spans_over(knots_v_, s.degree_v, to_nurbs(knots_v_, map_v_, region.lower.y), to_nurbs(knots_v_, map_v_, region.upper.y));
+  const std::vector<Span> us = spans_over(knots_u_, s.degree_u, to_nurbs(knots_u_, map_u_, region.lower.x),
+                                          to_nurbs(knots_u_, map_u_, region.upper.x));
+  const std::vector<Span> vs = spans_over(knots_v_, s.degree_v, to_nurbs(knots_v_, map_v_, region.lower.y),
+                                          to_nurbs(knots_v_, map_v_, region.upper.y));
   for (const Span& u : us)
     for (const Span& v : vs) {
       Patch patch = extract(store, s, u, v, origin_);
@@ -127,8 +129,10 @@ FaceModel::FaceModel(const nurbs::NurbsStore& store, std::int32_t face, double m
     }
   for (Piece& piece : pieces_) {
     for (const Vec4& h : piece.shape.ctrl) {
-      if (h.w > 0) piece.box.add(dvec3(affine(h)));
-      else piece.box = {dvec3(-1e30), dvec3(1e30)};
+      if (h.w > 0)
+        piece.box.add(dvec3(affine(h)));
+      else
+        piece.box = {dvec3(-1e30), dvec3(1e30)};
     }
     piece.box.dilate(1e-9 * size_);
     box_.add(piece.box);
@@ -145,7 +149,8 @@ Vec3 FaceModel::offset_point(const Patch& patch, Real x, Real y) const {
     const PatchPoint e = evaluate(patch, u, v);
     Base b;
     b.p = affine(e.h);
-    b.normal = glm::cross(Vec3(e.hx) - b.p * e.hx.w, Vec3(e.hy) - b.p * e.hy.w) * (e.h.w > 0 ? Real(1) : Real(-1));
+    b.normal =
+        glm::cross(Vec3(e.hx) - b.p * e.hx.w, Vec3(e.hy) - b.p * e.hy.w) * (e.h.w > 0 ? Real(1) : Real(-1));
     b.length = glm::length(b.normal);
     return b;
   };
@@ -164,7 +169,8 @@ Vec3 FaceModel::offset_point(const Patch& patch, Real x, Real y) const {
 void FaceModel::add_offset_pieces(const Patch& patch, int base, Box2 part, int depth) {
   auto shape_of = [&](const Box2& b) {
     return [this, &patch, b](Real x, Real y) {
-      return offset_point(patch, b.lower.x + x * (b.upper.x - b.lower.x), b.lower.y + y * (b.upper.y - b.lower.y));
+      return offset_point(patch, b.lower.x + x * (b.upper.x - b.lower.x),
+                          b.lower.y + y * (b.upper.y - b.lower.y));
     };
   };
   Piece piece;
@@ -181,8 +187,10 @@ void FaceModel::add_offset_pieces(const Patch& patch, int base, Box2 part, int d
   }
   piece.base = base;
   piece.x0 = part.lower.x, piece.x1 = part.upper.x, piece.y0 = part.lower.y, piece.y1 = part.upper.y;
-  piece.shape.s0 = patch.s0 + piece.x0 * (patch.s1 - patch.s0), piece.shape.s1 = patch.s0 + piece.x1 * (patch.s1 - patch.s0);
-  piece.shape.t0 = patch.t0 + piece.y0 * (patch.t1 - patch.t0), piece.shape.t1 = patch.t0 + piece.y1 * (patch.t1 - patch.t0);
+  piece.shape.s0 = patch.s0 + piece.x0 * (patch.s1 - patch.s0),
+  piece.shape.s1 = patch.s0 + piece.x1 * (patch.s1 - patch.s0);
+  piece.shape.t0 = patch.t0 + piece.y0 * (patch.t1 - patch.t0),
+  piece.shape.t1 = patch.t0 + piece.y1 * (patch.t1 - patch.t0);
   pieces_.push_back(std::move(piece));
 }
 
@@ -193,7 +201,8 @@ FaceModel::Point FaceModel::point(const Piece& piece, Real x, Real y) const {
   out.dx = (Vec3(e.hx) - out.p * e.hx.w) / e.h.w, out.dy = (Vec3(e.hy) - out.p * e.hy.w) / e.h.w;
   out.normal = glm::cross(out.dx, out.dy);
   if (piece.base >= 0)
-    out.p = offset_point(base_[piece.base], piece.x0 + x * (piece.x1 - piece.x0), piece.y0 + y * (piece.y1 - piece.y0));
+    out.p = offset_point(base_[piece.base], piece.x0 + x * (piece.x1 - piece.x0),
+                         piece.y0 + y * (piece.y1 - piece.y0));
   return out;
 }
 
@@ -291,14 +300,16 @@ void FaceModel::roots(const Line& line, std::vector<trace::Root>& out) const {
     }
     return std::max(d.x, d.y);
   };
-  const double tangent_t = 4.0 * std::sqrt(double(step) * size_), tangent_uv = 4.0 * std::sqrt(double(step) / std::max(size_, 1e-300));
+  const double tangent_t = 4.0 * std::sqrt(double(step) * size_),
+               tangent_uv = 4.0 * std::sqrt(double(step) / std::max(size_, 1e-300));
   std::vector<char> dropped(roots.size(), 0);
   for (std::size_t a = 0; a < roots.size(); ++a)
     for (std::size_t b = a + 1; b < roots.size() && !dropped[a]; ++b) {
       if (dropped[b]) continue;
       const double dt = roots[b].t - roots[a].t;
       if (roots[a].sign == roots[b].sign && dt <= kSame * size_) dropped[roots[a].inside ? b : a] = 1;
-      if (roots[a].sign != roots[b].sign && step > 0 && dt <= tangent_t && apart(roots[a], roots[b]) <= tangent_uv)
+      if (roots[a].sign != roots[b].sign && step > 0 && dt <= tangent_t &&
+          apart(roots[a], roots[b]) <= tangent_uv)
         dropped[a] = dropped[b] = 1;
     }
   for (std::size_t k = 0; k < roots.size(); ++k)

@@ -13,8 +13,8 @@ namespace trimray::reference {
 // that only guides the search: roots are polished on the definition, base piece plus offset.
 struct Piece {
   Patch shape;
-  Box3 box;       // relative to the face's origin
-  int base = -1;  // offset surfaces: index into FaceModel::base ...
+  Box3 box;                                       // relative to the face's origin
+  int base = -1;                                  // offset surfaces: index into FaceModel::base ...
   double x0 = 0.0, x1 = 1.0, y0 = 0.0, y1 = 1.0;  // ... and the part of it that shape covers
 };
 
@@ -54,8 +54,8 @@ class FaceModel {
   TrimLoops trims_;
 };
 
-// The control hull's box of a face's whole NURBS form, widened for the margin and the offset: cheap enough to be
-// asked for every ray.
+// The control hull's box of a face's whole NURBS form, widened for the margin and the offset: cheap enough to
+// be asked for every ray.
 Box3 rough_box(const nurbs::NurbsStore& store, std::int32_t face, double margin);
 
 }  // namespace trimray::reference

@@ -10,11 +10,10 @@ namespace {
 constexpr int kCount = kFitDegree + 1;
 using Matrix = Real[kCount][kCount];
 
-Real node(int k) {
-  return (1 - std::cos(std::numbers::pi_v<Real> * (k + Real(0.5)) / kCount)) / 2;
-}
+Real node(int k) { return (1 - std::cos(std::numbers::pi_v<Real> * (k + Real(0.5)) / kCount)) / 2; }
 
-// From values at the nodes to Bernstein coefficients: the inverse of B[k][j] = B_j(node k), by Gauss and Jordan.
+// From values at the nodes to Bernstein coefficients: the inverse of B[k][j] = B_j(node k), by Gauss and
+// Jordan.
 struct Inverse {
   Matrix m;
   Inverse() {

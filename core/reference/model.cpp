@@ -17,8 +17,8 @@ constexpr double kSearchBands = 2.0;  // how far beyond its uv_box a face is sea
 // plane to where the line passes the path, such a root comes this near to the line, in bands.
 constexpr double kCloseBands = 8.0;
 
-// A root so close to one place of one edge, across and along the line, and to no other, is judged by the side of
-// the path on which the line passes.
+// A root so close to one place of one edge, across and along the line, and to no other, is judged by the side
+// of the path on which the line passes.
 constexpr double kSideBands = 2.0, kSideReach = 16.0;
 
 Line local_line(const trace::Ray& ray, const nurbs::Instance& instance) {
@@ -97,9 +97,11 @@ trace::Root Model::on_path(std::int32_t face, const Line& line, const NearStretc
       for (std::int32_t k = use.pieces.begin; k < use.pieces.end; ++k) {
         const nurbs::Range ctrl = store_.trim_pieces[k].ctrl;
         for (int step = 0; step <= 64; ++step) {
-          std::vector<dvec3> h(store_.trim_ctrl_h.begin() + ctrl.begin, store_.trim_ctrl_h.begin() + ctrl.end);
+          std::vector<dvec3> h(store_.trim_ctrl_h.begin() + ctrl.begin,
+                               store_.trim_ctrl_h.begin() + ctrl.end);
           for (std::size_t r = 1; r < h.size(); ++r)
-            for (std::size_t i = 0; i + r < h.size(); ++i) h[i] = (1.0 - step / 64.0) * h[i] + step / 64.0 * h[i + 1];
+            for (std::size_t i = 0; i + r < h.size(); ++i)
+              h[i] = (1.0 - step / 64.0) * h[i] + step / 64.0 * h[i + 1];
           const dvec2 uv = dvec2(h[0]) / h[0].z;
           const FaceModel::Point p = faces_[face]->at(uv);
           const double distance = double(glm::length(p.p - target));
@@ -121,7 +123,8 @@ void Model::decide_by_side(std::int32_t face, const Line& line, std::span<const 
     int places = 0;
     for (const NearStretch& spot : near) {
       const double gap = std::abs(r.t - spot.t), band = paths_[spot.edge].band;
-      if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, dvec3(line.dir))) > kSideBands * band) continue;
+      if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, dvec3(line.dir))) > kSideBands * band)
+        continue;
       place = &spot, ++places;
     }
     if (places != 1 || place->side == 0) continue;
@@ -131,8 +134,10 @@ void Model::decide_by_side(std::int32_t face, const Line& line, std::span<const 
         if (store_.coedges[c].edge == place->edge) sign += store_.coedges[c].reversed ? -1 : 1, ++uses;
     sign *= faces_[face]->trims().orientation() * (store_.faces[face].reversed ? -1 : 1);
     // A seam has the face on both sides; elsewhere the face lies left of its boundary, seen from outside.
-    if (uses == 2 && sign == 0) r.inside = true;
-    else if (uses == 1) r.inside = place->side * sign * r.sign > 0;
+    if (uses == 2 && sign == 0)
+      r.inside = true;
+    else if (uses == 1)
+      r.inside = place->side * sign * r.sign > 0;
   }
 }
 
@@ -144,12 +149,14 @@ void Model::resolve(std::int32_t face, const Line& line, std::span<const NearStr
   auto closeness = [&](const trace::Root& r) {
     const double slope = std::abs(glm::dot(r.normal, dvec3(line.dir)));
     double best = kInf;
-    for (const NearStretch& spot : near) best = std::min(best, std::abs(r.t - spot.t) * slope / paths_[spot.edge].band);
+    for (const NearStretch& spot : near)
+      best = std::min(best, std::abs(r.t - spot.t) * slope / paths_[spot.edge].band);
     return best;
   };
   std::vector<const NearStretch*> spots;
   for (const NearStretch& spot : near) spots.push_back(&spot);
-  std::sort(spots.begin(), spots.end(), [](const NearStretch* a, const NearStretch* b) { return a->distance < b->distance; });
+  std::sort(spots.begin(), spots.end(),
+            [](const NearStretch* a, const NearStretch* b) { return a->distance < b->distance; });
   std::size_t next_spot = 0;
   while (missing != 0) {
     const int sign = missing > 0 ? 1 : -1;
@@ -160,8 +167,10 @@ void Model::resolve(std::int32_t face, const Line& line, std::span<const NearStr
       const double distance = closeness(r);
       if (distance < closest) closest = distance, pick = &r;
     }
-    if (pick) pick->inside = !pick->inside;
-    else roots.push_back(on_path(face, line, *spots[next_spot++ % spots.size()], sign));
+    if (pick)
+      pick->inside = !pick->inside;
+    else
+      roots.push_back(on_path(face, line, *spots[next_spot++ % spots.size()], sign));
     missing -= sign;
   }
 }
@@ -203,8 +212,10 @@ void Model::instance_hits(const trace::Ray& ray, std::int32_t instance, std::vec
 
 std::vector<trace::Hit> Model::hits(const trace::Ray& ray) const {
   std::vector<trace::Hit> out;
-  if (!(glm::length(ray.dir) > 0.0) || !(glm::length(ray.dir) < kInf) || !(glm::length(ray.org) < kInf)) return out;
-  for (std::size_t k = 0; k < store_.instances.size(); ++k) instance_hits(ray, static_cast<std::int32_t>(k), out);
+  if (!(glm::length(ray.dir) > 0.0) || !(glm::length(ray.dir) < kInf) || !(glm::length(ray.org) < kInf))
+    return out;
+  for (std::size_t k = 0; k < store_.instances.size(); ++k)
+    instance_hits(ray, static_cast<std::int32_t>(k), out);
   std::sort(out.begin(), out.end(), [](const trace::Hit& a, const trace::Hit& b) {
     return std::tie(a.t, a.instance, a.face) < std::tie(b.t, b.instance, b.face);
   });

@@ -22,8 +22,10 @@ class Model {
   void instance_hits(const trace::Ray& ray, std::int32_t instance, std::vector<trace::Hit>& out) const;
   std::vector<std::int32_t> edges_of(std::int32_t face) const;
   int winding(std::int32_t face, const Line& line) const;
-  void resolve(std::int32_t face, const Line& line, std::span<const NearStretch> near, std::vector<trace::Root>& roots) const;
-  void decide_by_side(std::int32_t face, const Line& line, std::span<const NearStretch> near, std::vector<trace::Root>& roots) const;
+  void resolve(std::int32_t face, const Line& line, std::span<const NearStretch> near,
+               std::vector<trace::Root>& roots) const;
+  void decide_by_side(std::int32_t face, const Line& line, std::span<const NearStretch> near,
+                      std::vector<trace::Root>& roots) const;
   trace::Root on_path(std::int32_t face, const Line& line, const NearStretch& spot, int sign) const;
 
   const nurbs::NurbsStore& store_;

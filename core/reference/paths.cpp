@@ -109,7 +109,8 @@ EdgePath edge_path(const nurbs::NurbsStore& store, std::int32_t edge) {
   return path;
 }
 
-void near_stretches(const EdgePath& path, std::int32_t edge, const Line& line, std::vector<NearStretch>& out) {
+void near_stretches(const EdgePath& path, std::int32_t edge, const Line& line,
+                    std::vector<NearStretch>& out) {
   if (path.curves.empty() || !line.meets(path.box, path.band)) return;
   for (std::size_t k = 0; k < path.curves.size(); ++k) {
     Curve4 c;

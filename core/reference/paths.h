@@ -23,7 +23,8 @@ struct NearStretch {
   std::int32_t edge = -1;
   double t_lower = 0.0, t_upper = 0.0;  // along the line, unit direction
   double t = 0.0, distance = kInf;      // at the closest point found
-  int side = 0;  // +1: the line passes left of the path there, seen along the line; 0: the path gives no direction
+  int side =
+      0;  // +1: the line passes left of the path there, seen along the line; 0: the path gives no direction
 };
 
 void near_stretches(const EdgePath& path, std::int32_t edge, const Line& line, std::vector<NearStretch>& out);

@@ -5,7 +5,8 @@
 
 namespace trimray::reference {
 
-void cast(const nurbs::NurbsStore& store, std::span<const trace::Ray> rays, std::span<trace::Hit> out, int threads) {
+void cast(const nurbs::NurbsStore& store, std::span<const trace::Ray> rays, std::span<trace::Hit> out,
+          int threads) {
   const Model model(store, nullptr, threads);
   parallel_ranges(rays.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

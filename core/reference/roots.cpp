@@ -70,16 +70,16 @@ bool excluded(const Net& n, double noise) {
   return std::all_of(n.c.begin(), n.c.end(), [&](const dvec2& c) { return glm::dot(c, away) > noise; });
 }
 
-// All coefficients within noise of a line through the origin: the piece is seen edge-on, or is a point on the ray.
+// All coefficients within noise of a line through the origin: the piece is seen edge-on, or is a point on the
+// ray.
 bool edge_on(const Net& n, double noise) {
   dvec2 far(0.0);
   for (const dvec2& c : n.c)
     if (glm::dot(c, c) > glm::dot(far, far)) far = c;
   const double length = glm::length(far);
   if (length <= 2.0 * noise) return true;
-  return std::all_of(n.c.begin(), n.c.end(), [&](const dvec2& c) {
-    return std::abs(far.x * c.y - far.y * c.x) <= noise * length;
-  });
+  return std::all_of(n.c.begin(), n.c.end(),
+                     [&](const dvec2& c) { return std::abs(far.x * c.y - far.y * c.x) <= noise * length; });
 }
 
 struct Value {
@@ -123,10 +123,12 @@ Verdict judge(const Net& big, dvec2& root) {
   dvec2 dev_x(0.0), dev_y(0.0);
   for (int i = 0; i < big.p; ++i)
     for (int j = 0; j <= big.q; ++j)
-      dev_x = glm::max(dev_x, glm::abs(solve(double(big.p) * (at(big, i + 1, j) - at(big, i, j))) - dvec2(1, 0)));
+      dev_x =
+          glm::max(dev_x, glm::abs(solve(double(big.p) * (at(big, i + 1, j) - at(big, i, j))) - dvec2(1, 0)));
   for (int i = 0; i <= big.p; ++i)
     for (int j = 0; j < big.q; ++j)
-      dev_y = glm::max(dev_y, glm::abs(solve(double(big.q) * (at(big, i, j + 1) - at(big, i, j))) - dvec2(0, 1)));
+      dev_y =
+          glm::max(dev_y, glm::abs(solve(double(big.q) * (at(big, i, j + 1) - at(big, i, j))) - dvec2(0, 1)));
   const double rho = std::max(dev_x.x + dev_y.x, dev_x.y + dev_y.y);
   if (!(rho <= 0.25)) return Verdict::kOpen;
 
@@ -168,7 +170,8 @@ bool common_roots(const Net& net, double noise, std::vector<dvec2>& roots) {
     if (verdict == Verdict::kOne) {
       const dvec2 x = job.lower + width * (2.0 * root - 0.5);
       const dvec2 rim(kRim);
-      if (glm::all(glm::greaterThanEqual(x, job.lower - rim)) && glm::all(glm::lessThanEqual(x, job.upper + rim)))
+      if (glm::all(glm::greaterThanEqual(x, job.lower - rim)) &&
+          glm::all(glm::lessThanEqual(x, job.upper + rim)))
         roots.push_back(x);
       continue;
     }

@@ -111,9 +111,13 @@ void EdgeRule::near_edges(const Ray& ray, std::vector<NearEdge>& out) const {
   impl_->tree.near_edges(ray, impl_->paths.frame(ray), out);
 }
 
-bool EdgeRule::may_be_near(const Ray& ray) const { return impl_->tree.may_be_near(ray, impl_->paths.frame(ray)); }
+bool EdgeRule::may_be_near(const Ray& ray) const {
+  return impl_->tree.may_be_near(ray, impl_->paths.frame(ray));
+}
 
-int EdgeRule::winding(const Ray& ray, std::int32_t face) const { return impl_->winding(impl_->paths.frame(ray), face); }
+int EdgeRule::winding(const Ray& ray, std::int32_t face) const {
+  return impl_->winding(impl_->paths.frame(ray), face);
+}
 
 namespace {
 
@@ -124,9 +128,10 @@ dvec2 trim_point(const nurbs::NurbsStore& store, std::int32_t piece, double s) {
   return {h.x / h.z, h.y / h.z};
 }
 
-// The point of a co-edge's p-curve whose place on the surface is next to `point`. The curve's own parameter only says
-// about where: rational pieces run unevenly.
-dvec2 nearest_uv(const nurbs::NurbsStore& store, const nurbs::Surface& surface, nurbs::Range pieces, dvec3 point) {
+// The point of a co-edge's p-curve whose place on the surface is next to `point`. The curve's own parameter
+// only says about where: rational pieces run unevenly.
+dvec2 nearest_uv(const nurbs::NurbsStore& store, const nurbs::Surface& surface, nurbs::Range pieces,
+                 dvec3 point) {
   constexpr int kSamples = 12, kSteps = 40;
   const auto distance = [&](std::int32_t piece, double s) {
     return glm::length(nurbs::evaluate(store, surface, trim_point(store, piece, s)).p - point);
@@ -167,12 +172,13 @@ Root EdgeRule::Impl::root_on_edge(const Ray& ray, std::int32_t face, const NearE
   const dvec3 normal = glm::cross(at.du, at.dv);
   const double length = glm::length(normal);
   // At a pole the surface has no normal: any that faces the right way.
-  root.normal = length > 0.0 ? normal * ((f.reversed ? -1.0 : 1.0) / length) : ray.dir * static_cast<double>(sign);
+  root.normal =
+      length > 0.0 ? normal * ((f.reversed ? -1.0 : 1.0) / length) : ray.dir * static_cast<double>(sign);
   return root;
 }
 
-// Where a root lies at one place of one edge, the side of the path decides, the same for both faces. The sum alone
-// would let two mistakes at two edges of a face pass.
+// Where a root lies at one place of one edge, the side of the path decides, the same for both faces. The sum
+// alone would let two mistakes at two edges of a face pass.
 void EdgeRule::Impl::decide_by_side(const Ray& ray, std::int32_t face, std::span<const NearEdge* const> own,
                                     std::vector<Root>& roots) const {
   for (Root& r : roots) {
@@ -180,7 +186,8 @@ void EdgeRule::Impl::decide_by_side(const Ray& ray, std::int32_t face, std::span
     int places = 0, seams = 0;
     for (const NearEdge* n : own) {
       const double band = store.edges[n->edge].band, gap = std::abs(r.t - n->t);
-      if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, ray.dir)) > kSideBands * band) continue;
+      if (gap > kSideReach * band || gap * std::abs(glm::dot(r.normal, ray.dir)) > kSideBands * band)
+        continue;
       place = n, ++places;
       seams += is_seam(face, n->edge);
     }
@@ -200,9 +207,8 @@ void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEd
   const Impl& m = *impl_;
   const auto finish = [&] {
     std::erase_if(roots, [](const Root& r) { return !r.inside; });
-    std::sort(roots.begin(), roots.end(), [](const Root& a, const Root& b) {
-      return a.t != b.t ? a.t < b.t : a.sign < b.sign;
-    });
+    std::sort(roots.begin(), roots.end(),
+              [](const Root& a, const Root& b) { return a.t != b.t ? a.t < b.t : a.sign < b.sign; });
   };
   std::vector<const NearEdge*> own;
   for (const NearEdge& n : near)
@@ -223,7 +229,8 @@ void EdgeRule::resolve(const Ray& ray, std::int32_t face, std::span<const NearEd
     double best = kInf;
     for (const NearEdge* n : own) {
       const double band = m.store.edges[n->edge].band;
-      best = std::min(best, std::abs(r.t - n->t) * std::abs(glm::dot(r.normal, ray.dir)) / std::max(band, 1e-300));
+      best = std::min(best,
+                      std::abs(r.t - n->t) * std::abs(glm::dot(r.normal, ray.dir)) / std::max(band, 1e-300));
     }
     return best;
   };

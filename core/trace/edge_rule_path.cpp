@@ -103,7 +103,8 @@ int piece_crossings(const EdgePaths& paths, const PathPiece& piece, dvec2 from, 
   if (piece.degree == 1) return line_crossings(from, to);
   double weight;
   const Planar planar = project_piece(&paths.ctrl_h[piece.ctrl], piece.degree, f, weight);
-  return curve_crossings(planar, piece.degree, upper(from.y), upper(to.y), kRounding * paths.diagonal * weight, 0);
+  return curve_crossings(planar, piece.degree, upper(from.y), upper(to.y),
+                         kRounding * paths.diagonal * weight, 0);
 }
 
 }  // namespace
@@ -128,7 +129,8 @@ EdgePaths::EdgePaths(const nurbs::NurbsStore& store, std::int32_t prototype) {
       local.degree = piece.ctrl.size() - 1;
       local.t0 = piece.t0, local.t1 = piece.t1;
       if (local.degree < 1 || local.degree > kMaxPieceDegree)
-        throw ArgumentError("edge " + std::to_string(e) + ": curve of degree " + std::to_string(local.degree));
+        throw ArgumentError("edge " + std::to_string(e) + ": curve of degree " +
+                            std::to_string(local.degree));
       for (std::int32_t c = piece.ctrl.begin; c < piece.ctrl.end; ++c) {
         const dvec4 h = store.edge_ctrl_h[c];
         const dvec3 point = dvec3(h) / h.w - middle;
@@ -142,8 +144,10 @@ EdgePaths::EdgePaths(const nurbs::NurbsStore& store, std::int32_t prototype) {
       if (p + 1 == edge.pieces.end) joints.push_back(dvec3(ctrl_h.back()) / ctrl_h.back().w);
     }
     // Without a last vertex the path returns to where it began.
-    if (edge.vertex[1] >= 0) joints.push_back(store.vertices[edge.vertex[1]].point - middle);
-    else if (static_cast<std::size_t>(path.joint) < joints.size()) joints.push_back(dvec3(joints[path.joint]));
+    if (edge.vertex[1] >= 0)
+      joints.push_back(store.vertices[edge.vertex[1]].point - middle);
+    else if (static_cast<std::size_t>(path.joint) < joints.size())
+      joints.push_back(dvec3(joints[path.joint]));
     path.joint_count = static_cast<std::int32_t>(joints.size()) - path.joint;
     path.piece_count = static_cast<std::int32_t>(pieces.size()) - path.piece;
     for (std::int32_t j = 0; j < path.joint_count; ++j) box.add(joints[path.joint + j]);

@@ -12,9 +12,9 @@ namespace trimray::trace {
 // A ray as the edges see it: everything projected along dir onto (e1, e2), the ray at the origin.
 // e1 x e2 = dir, built from dir alone.
 struct RayFrame {
-  dvec3 org{0.0};            // on the ray, next to the prototype's middle, relative to it
+  dvec3 org{0.0};  // on the ray, next to the prototype's middle, relative to it
   dvec3 dir{0.0}, e1{0.0}, e2{0.0};
-  double t_shift = 0.0;      // t of org
+  double t_shift = 0.0;  // t of org
   dvec2 project(dvec3 local) const { return {glm::dot(e1, local - org), glm::dot(e2, local - org)}; }
 };
 

@@ -119,7 +119,8 @@ bool EdgeTree::closest(const Stretch& s, const Ray& ray, const RayFrame& f, Near
     point = s.a + k * d, parameter = s.s0 + k * (s.s1 - s.s0);
   } else {
     const PathPiece& piece = paths_->pieces[s.piece];
-    const std::span<const dvec4> ctrl_h(&paths_->ctrl_h[piece.ctrl], static_cast<std::size_t>(piece.degree) + 1);
+    const std::span<const dvec4> ctrl_h(&paths_->ctrl_h[piece.ctrl],
+                                        static_cast<std::size_t>(piece.degree) + 1);
     const auto at = [&](double t) { return project(nurbs::evaluate_bezier<dvec4>(ctrl_h, t)); };
     // Golden section: on so flat a stretch the distance has one minimum.
     constexpr double kGolden = 0.6180339887498949;
@@ -149,7 +150,8 @@ bool EdgeTree::closest(const Stretch& s, const Ray& ray, const RayFrame& f, Near
     found.edge_t = 0.0;
   } else {
     const bool at_end = s.piece < 0 && s.s0 > 0.5;
-    const PathPiece& piece = paths_->pieces[s.piece >= 0 ? s.piece : edge.piece + (at_end ? edge.piece_count - 1 : 0)];
+    const PathPiece& piece =
+        paths_->pieces[s.piece >= 0 ? s.piece : edge.piece + (at_end ? edge.piece_count - 1 : 0)];
     found.edge_t = piece.t0 + parameter * (piece.t1 - piece.t0);
   }
   if (!(found.distance <= edge.band)) return false;

@@ -41,8 +41,8 @@ class EdgeTree {
   };
 
   void add_edge(const EdgePaths& paths, std::int32_t edge);
-  void add_stretches(std::int32_t edge, std::int32_t piece, const std::vector<dvec4>& ctrl_h, double s0, double s1,
-                     int depth);
+  void add_stretches(std::int32_t edge, std::int32_t piece, const std::vector<dvec4>& ctrl_h, double s0,
+                     double s1, int depth);
   struct Part;
   Part make_part(const std::vector<std::int32_t>& order, std::size_t begin, std::size_t end) const;
   std::size_t cut(std::vector<std::int32_t>& order, const Part& part) const;

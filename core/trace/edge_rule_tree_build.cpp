@@ -77,14 +77,15 @@ void EdgeTree::add_edge(const EdgePaths& paths, std::int32_t edge) {
   if (joint[last - 1] != joint[last]) link(joint[last - 1], joint[last], 1.0);
 }
 
-void EdgeTree::add_stretches(std::int32_t edge, std::int32_t piece, const std::vector<dvec4>& ctrl_h, double s0,
-                             double s1, int depth) {
+void EdgeTree::add_stretches(std::int32_t edge, std::int32_t piece, const std::vector<dvec4>& ctrl_h,
+                             double s0, double s1, int depth) {
   Stretch stretch;
   stretch.a = project(ctrl_h.front()), stretch.b = project(ctrl_h.back());
   double bend = 0.0;
   for (const dvec4& c : ctrl_h) bend = std::max(bend, distance_to_chord(project(c), stretch.a, stretch.b));
   const double band = paths_->edges[edge].band, length = glm::length(stretch.b - stretch.a);
-  if (depth < kMaxHalvings && (bend > std::max(kBend * length, band) || length > kLongest * paths_->diagonal)) {
+  if (depth < kMaxHalvings &&
+      (bend > std::max(kBend * length, band) || length > kLongest * paths_->diagonal)) {
     std::vector<dvec4> left(ctrl_h.size()), right(ctrl_h.size());
     nurbs::split_bezier<dvec4>(ctrl_h, 0.5, left.data(), right.data());
     add_stretches(edge, piece, left, s0, 0.5 * (s0 + s1), depth + 1);
@@ -109,7 +110,8 @@ struct EdgeTree::Part {
   Box3 box;
 };
 
-EdgeTree::Part EdgeTree::make_part(const std::vector<std::int32_t>& order, std::size_t begin, std::size_t end) const {
+EdgeTree::Part EdgeTree::make_part(const std::vector<std::int32_t>& order, std::size_t begin,
+                                   std::size_t end) const {
   Part part{begin, end, {}};
   for (std::size_t i = begin; i < end; ++i) part.box.add(stretch_box(stretches_[order[i]]));
   return part;

@@ -29,9 +29,9 @@ using nurbs::NurbsStore;
 using nurbs::SurfaceKind;
 
 constexpr int kDirections = 1024;
-constexpr int kCurveSteps = 8;      // per Bezier piece of an edge
-constexpr int kMaxGridSteps = 40;   // per direction of a face
-constexpr double kAbsurd = 1e9;     // times the size of a model's median edge or face
+constexpr int kCurveSteps = 8;     // per Bezier piece of an edge
+constexpr int kMaxGridSteps = 40;  // per direction of a face
+constexpr double kAbsurd = 1e9;    // times the size of a model's median edge or face
 
 // Samples of one edge piece or of one face's inside; the neighbours of a sample are at most `gap` away.
 struct Samples {
@@ -48,8 +48,10 @@ Samples sample_piece(const NurbsStore& store, std::int32_t index) {
   Samples s;
   s.piece = index;
   const int steps = piece.ctrl.size() <= 2 ? 1 : kCurveSteps;
-  for (int i = 0; i <= steps; ++i) s.points.push_back(edge_piece_point(store, piece, static_cast<double>(i) / steps));
-  for (std::size_t i = 1; i < s.points.size(); ++i) s.gap = std::max(s.gap, glm::distance(s.points[i - 1], s.points[i]));
+  for (int i = 0; i <= steps; ++i)
+    s.points.push_back(edge_piece_point(store, piece, static_cast<double>(i) / steps));
+  for (std::size_t i = 1; i < s.points.size(); ++i)
+    s.gap = std::max(s.gap, glm::distance(s.points[i - 1], s.points[i]));
   return s;
 }
 
@@ -59,13 +61,16 @@ bool bulges(const NurbsStore& store, const Face& face) {
     case SurfaceKind::kPlane:
     case SurfaceKind::kCylinder:
     case SurfaceKind::kCone:
-    case SurfaceKind::kExtrusion: return face.loops.size() == 0;
-    default: return true;
+    case SurfaceKind::kExtrusion:
+      return face.loops.size() == 0;
+    default:
+      return true;
   }
 }
 
 // Steps between a and b that respect the knots, as many as the degree asks for.
-std::vector<double> grid_line(const NurbsStore& store, const nurbs::Range& knots, int degree, double a, double b) {
+std::vector<double> grid_line(const NurbsStore& store, const nurbs::Range& knots, int degree, double a,
+                              double b) {
   std::vector<double> stops{a};
   for (std::int32_t i = knots.begin; i < knots.end; ++i) {
     const double k = store.knots[i];
@@ -96,8 +101,10 @@ Samples sample_face(const NurbsStore& store, const nurbs::TrimIndex& trims, std:
   Samples s;
   s.face = index;
   if (face.uv_box.empty() || !std::isfinite(face.uv_box.diagonal())) return s;
-  const auto us = grid_line(store, surface.knots_u, surface.degree_u, face.uv_box.lower.x, face.uv_box.upper.x);
-  const auto vs = grid_line(store, surface.knots_v, surface.degree_v, face.uv_box.lower.y, face.uv_box.upper.y);
+  const auto us =
+      grid_line(store, surface.knots_u, surface.degree_u, face.uv_box.lower.x, face.uv_box.upper.x);
+  const auto vs =
+      grid_line(store, surface.knots_v, surface.degree_v, face.uv_box.lower.y, face.uv_box.upper.y);
   for (std::size_t i = 1; i < us.size(); ++i) s.step.x = std::max(s.step.x, us[i] - us[i - 1]);
   for (std::size_t i = 1; i < vs.size(); ++i) s.step.y = std::max(s.step.y, vs[i] - vs[i - 1]);
   std::vector<dvec3> row(vs.size()), previous;
@@ -122,13 +129,16 @@ Samples sample_face(const NurbsStore& store, const nurbs::TrimIndex& trims, std:
 dvec3 polish_piece(const NurbsStore& store, const Samples& s, std::size_t i, const dvec3& d) {
   const nurbs::CurvePiece& piece = store.edge_pieces[s.piece];
   const double steps = static_cast<double>(s.points.size() - 1);
-  double a = std::max(0.0, (static_cast<double>(i) - 1.0) / steps), b = std::min(1.0, (static_cast<double>(i) + 1.0) / steps);
+  double a = std::max(0.0, (static_cast<double>(i) - 1.0) / steps),
+         b = std::min(1.0, (static_cast<double>(i) + 1.0) / steps);
   constexpr double kGolden = std::numbers::phi - 1.0;
   const auto value = [&](double t) { return glm::dot(d, edge_piece_point(store, piece, t)); };
   double x = b - kGolden * (b - a), y = a + kGolden * (b - a), fx = value(x), fy = value(y);
   for (int k = 0; k < 48; ++k) {
-    if (fx > fy) b = y, y = x, fy = fx, x = b - kGolden * (b - a), fx = value(x);
-    else a = x, x = y, fx = fy, y = a + kGolden * (b - a), fy = value(y);
+    if (fx > fy)
+      b = y, y = x, fy = fx, x = b - kGolden * (b - a), fx = value(x);
+    else
+      a = x, x = y, fx = fy, y = a + kGolden * (b - a), fy = value(y);
   }
   const dvec3 p = edge_piece_point(store, piece, 0.5 * (a + b));
   return glm::dot(d, p) > glm::dot(d, s.points[i]) ? p : s.points[i];
@@ -136,7 +146,8 @@ dvec3 polish_piece(const NurbsStore& store, const Samples& s, std::size_t i, con
 
 // Newton for the zero of the gradient of d . S, its Hessian by differences of the exact gradient. The result
 // counts only where it lies inside the trim: elsewhere the maximum is on an edge.
-dvec3 polish_face(const NurbsStore& store, const nurbs::TrimIndex& trims, const Samples& s, std::size_t i, const dvec3& d) {
+dvec3 polish_face(const NurbsStore& store, const nurbs::TrimIndex& trims, const Samples& s, std::size_t i,
+                  const dvec3& d) {
   const nurbs::Surface& surface = store.surfaces[store.faces[s.face].surface];
   const auto gradient = [&](const dvec2& at) {
     const nurbs::SurfacePoint p = nurbs::evaluate(store, surface, at);
@@ -164,7 +175,8 @@ dvec3 polish_face(const NurbsStore& store, const nurbs::TrimIndex& trims, const 
   return best;
 }
 
-// A prototype as its samples. farthest() answers in the prototype's coordinates; d need not be of unit length.
+// A prototype as its samples. farthest() answers in the prototype's coordinates; d need not be of unit
+// length.
 class Outline {
  public:
   Outline(const NurbsStore& store, const nurbs::TrimIndex& trims, std::int32_t prototype, int threads)
@@ -173,15 +185,18 @@ class Outline {
     std::vector<std::int32_t> pieces, faces;
     for (std::int32_t e = p.edges.begin; e < p.edges.end; ++e) {
       if (!used(store.edges[e])) continue;
-      for (std::int32_t i = store.edges[e].pieces.begin; i < store.edges[e].pieces.end; ++i) pieces.push_back(i);
+      for (std::int32_t i = store.edges[e].pieces.begin; i < store.edges[e].pieces.end; ++i)
+        pieces.push_back(i);
     }
     for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
-      if (store.faces[f].status == nurbs::FaceStatus::kOk && bulges(store, store.faces[f])) faces.push_back(f);
+      if (store.faces[f].status == nurbs::FaceStatus::kOk && bulges(store, store.faces[f]))
+        faces.push_back(f);
     }
     samples_.resize(pieces.size() + faces.size());
     parallel_ranges(samples_.size(), 16, threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        samples_[i] = i < pieces.size() ? sample_piece(store, pieces[i]) : sample_face(store, trims, faces[i - pieces.size()]);
+        samples_[i] = i < pieces.size() ? sample_piece(store, pieces[i])
+                                        : sample_face(store, trims, faces[i - pieces.size()]);
         for (const dvec3& point : samples_[i].points) samples_[i].box.add(point);
       }
     });
@@ -255,10 +270,13 @@ class Outline {
     std::erase_if(samples_, [](const Samples& s) { return !std::isfinite(s.box.diagonal()); });
     if (samples_.empty()) return;
     const double limit = kAbsurd * median([](const Box3& b) { return b.diagonal(); });
-    const dvec3 middle(median([](const Box3& b) { return b.center().x; }), median([](const Box3& b) { return b.center().y; }),
+    const dvec3 middle(median([](const Box3& b) { return b.center().x; }),
+                       median([](const Box3& b) { return b.center().y; }),
                        median([](const Box3& b) { return b.center().z; }));
     if (!(limit > 0.0)) return;
-    std::erase_if(samples_, [&](const Samples& s) { return !(glm::distance(s.box.center(), middle) + s.box.diagonal() <= limit); });
+    std::erase_if(samples_, [&](const Samples& s) {
+      return !(glm::distance(s.box.center(), middle) + s.box.diagonal() <= limit);
+    });
   }
 
   static double reach(const Box3& box, const dvec3& d) {

@@ -18,17 +18,18 @@ struct Ray {
 struct Root {
   double t = 0.0;
   dvec2 uv_face{0.0};
-  dvec3 normal{0.0};        // unit, outward: Su x Sv, turned if the face is reversed
+  dvec3 normal{0.0};  // unit, outward: Su x Sv, turned if the face is reversed
   std::int32_t face = kNoFace;
-  std::int8_t sign = 0;     // +1 where the line leaves through the face (dot(normal, dir) > 0), -1 where it enters
-  bool inside = false;      // by the p-curves
+  std::int8_t sign =
+      0;  // +1 where the line leaves through the face (dot(normal, dir) > 0), -1 where it enters
+  bool inside = false;  // by the p-curves
 };
 
 struct Hit {
   double t = kInf;
   std::int32_t face = kNoFace, instance = -1;
   dvec2 uv_face{0.0};
-  dvec3 normal{0.0};        // outward, unit, in the world
+  dvec3 normal{0.0};  // outward, unit, in the world
 };
 
 }  // namespace trimray::trace

@@ -10,8 +10,9 @@ namespace trimray::trace {
 
 namespace {
 
-constexpr int kTile = 32;                // px along each side, a power of two
-constexpr std::size_t kRaysAtOnce = 512;  // of a tile, so that they stay in cache; more only where one pixel has more
+constexpr int kTile = 32;  // px along each side, a power of two
+constexpr std::size_t kRaysAtOnce =
+    512;  // of a tile, so that they stay in cache; more only where one pixel has more
 constexpr float kNeutral[4] = {0.79f, 0.81f, 0.84f, 1.0f};  // light steel
 
 constexpr double kOpaque = 1.0 - 1.0 / 512.0;  // what an 8-bit picture cannot tell from opaque
@@ -29,7 +30,9 @@ struct Light {
 class Renderer {
  public:
   Renderer(const nurbs::NurbsStore& store, const Caster& caster, const RenderOptions& options)
-      : store_(store), caster_(caster), options_(options),
+      : store_(store),
+        caster_(caster),
+        options_(options),
         lighting_(options.camera.right, options.camera.up, options.camera.forward),
         pattern_(view::sample_pattern(options.samples)),
         frame_(options.camera.width_px, options.camera.height_px, options.planes) {
@@ -55,9 +58,11 @@ class Renderer {
     if (options_.planes.color) {
       std::vector<view::Color> back;  // of all samples of a row of pixels, then of the next
       for (int y = y0; y < std::min(y0 + kTile, frame_.height_px); ++y) {
-        for (const dvec2& place : pattern_) back.push_back(options_.background.at((y + place.y) / frame_.height_px));
+        for (const dvec2& place : pattern_)
+          back.push_back(options_.background.at((y + place.y) / frame_.height_px));
       }
-      for_portions(pixels, pattern_, rays, [&](std::span<const Pixel> portion) { color(portion, rays, y0, back); });
+      for_portions(pixels, pattern_, rays,
+                   [&](std::span<const Pixel> portion) { color(portion, rays, y0, back); });
     }
     const bool seen_centres = options_.planes.color && pattern_.size() == 1;
     if (!options_.planes.geometric() || seen_centres) return;
@@ -90,7 +95,8 @@ class Renderer {
   }
 
   template <typename Use>
-  void for_portions(std::span<const Pixel> pixels, const std::vector<dvec2>& places, Rays& r, const Use& use) const {
+  void for_portions(std::span<const Pixel> pixels, const std::vector<dvec2>& places, Rays& r,
+                    const Use& use) const {
     const std::size_t most = std::max<std::size_t>(kRaysAtOnce / places.size(), 1);
     for (std::size_t begin = 0; begin < pixels.size(); begin += most) {
       const auto portion = pixels.subspan(begin, std::min(most, pixels.size() - begin));
@@ -128,7 +134,8 @@ class Renderer {
 
   void geometry(std::span<const Pixel> pixels, const Rays& r) {
     if (!options_.planes.geometric()) return;
-    for (std::size_t i = 0; i < pixels.size(); ++i) write_geometry(pixels[i].x, pixels[i].y, r.rays[i], r.hits[i]);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      write_geometry(pixels[i].x, pixels[i].y, r.rays[i], r.hits[i]);
   }
 
   static void add(const Light& sample, Light& sum) { sum.rgb += sample.rgb, sum.alpha += sample.alpha; }
@@ -142,14 +149,16 @@ class Renderer {
     Light light;
     if (hit.face != kNoFace) {
       const view::Color& color = color_of(hit);
-      light.behind(view::shade(lighting_, hit.normal, ray.dir, color.rgb, options_.orientation), opacity(color));
+      light.behind(view::shade(lighting_, hit.normal, ray.dir, color.rgb, options_.orientation),
+                   opacity(color));
       if (light.alpha < kOpaque) {
         layers.clear();
         caster_.all(ray, layers);
         for (const Hit& layer : layers) {
           if (!(layer.t > hit.t) || light.alpha >= kOpaque) continue;
           const view::Color& c = color_of(layer);
-          light.behind(view::shade(lighting_, layer.normal, ray.dir, c.rgb, options_.orientation), opacity(c));
+          light.behind(view::shade(lighting_, layer.normal, ray.dir, c.rgb, options_.orientation),
+                       opacity(c));
         }
       }
     }
@@ -220,8 +229,10 @@ void face_color(const nurbs::NurbsStore& store, std::int32_t face, std::int32_t 
   } else if (instance >= 0) {
     const nurbs::Instance& placed = store.instances[instance];
     const nurbs::Prototype& prototype = store.prototypes[placed.prototype];
-    if (placed.color[0] >= 0.0f) color = placed.color;
-    else if (prototype.color[0] >= 0.0f) color = prototype.color;
+    if (placed.color[0] >= 0.0f)
+      color = placed.color;
+    else if (prototype.color[0] >= 0.0f)
+      color = prototype.color;
   }
   std::copy_n(color, 4, srgb);
 }

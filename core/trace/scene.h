@@ -44,8 +44,8 @@ class Scene {
   // Crossings per ray in [tmin, tmax]: even on closed solids for rays that start outside.
   void count_hits(std::span<const Ray> rays, std::span<std::int32_t> out, int threads = 0) const;
 
-  // Does the ray pass within the band of some edge at a t in [tmin, tmax]? Only then does the answer depend on
-  // the edge rule, within the file's own tolerance.
+  // Does the ray pass within the band of some edge at a t in [tmin, tmax]? Only then does the answer depend
+  // on the edge rule, within the file's own tolerance.
   bool near_edge(const Ray& ray) const;
 
   struct Impl;  // core/trace/scene_impl.h

@@ -32,12 +32,24 @@ void cos_sin_deg(double angle_deg, double& c, double& s) {
 // Right and up of the front view; the third, towards the eye, is their cross product.
 void front_axes(UpAxis axis, dvec3& right, dvec3& up) {
   switch (axis) {
-    case UpAxis::kX: right = {0, 1, 0}, up = {1, 0, 0}; break;
-    case UpAxis::kY: right = {1, 0, 0}, up = {0, 1, 0}; break;
-    case UpAxis::kZ: right = {1, 0, 0}, up = {0, 0, 1}; break;
-    case UpAxis::kMinusX: right = {0, 1, 0}, up = {-1, 0, 0}; break;
-    case UpAxis::kMinusY: right = {1, 0, 0}, up = {0, -1, 0}; break;
-    case UpAxis::kMinusZ: right = {1, 0, 0}, up = {0, 0, -1}; break;
+    case UpAxis::kX:
+      right = {0, 1, 0}, up = {1, 0, 0};
+      break;
+    case UpAxis::kY:
+      right = {1, 0, 0}, up = {0, 1, 0};
+      break;
+    case UpAxis::kZ:
+      right = {1, 0, 0}, up = {0, 0, 1};
+      break;
+    case UpAxis::kMinusX:
+      right = {0, 1, 0}, up = {-1, 0, 0};
+      break;
+    case UpAxis::kMinusY:
+      right = {1, 0, 0}, up = {0, -1, 0};
+      break;
+    case UpAxis::kMinusZ:
+      right = {1, 0, 0}, up = {0, 0, -1};
+      break;
   }
 }
 
@@ -66,13 +78,15 @@ Camera fit_orthographic(Camera camera, std::span<const dvec3> points, double hal
 }
 
 // The frustum's four planes touch the points: with a = max(x - t z) and b = max(-x - t z), the eye must
-// satisfy a <= ex - t ez and b <= -ex - t ez, so ez <= -(a + b) / 2t, and ex = (a - b) / 2 serves every such ez.
+// satisfy a <= ex - t ez and b <= -ex - t ez, so ez <= -(a + b) / 2t, and ex = (a - b) / 2 serves every such
+// ez.
 Camera fit_perspective(Camera camera, std::span<const dvec3> points, double half_width, double half_height) {
   const double tx = half_width * camera.pixel, ty = half_height * camera.pixel;
   double ax = -kInf, bx = -kInf, ay = -kInf, by = -kInf;
   Interval z, all;
   for (const dvec3& p : points) {
-    const double px = glm::dot(p, camera.right), py = glm::dot(p, camera.up), pz = glm::dot(p, camera.forward);
+    const double px = glm::dot(p, camera.right), py = glm::dot(p, camera.up),
+                 pz = glm::dot(p, camera.forward);
     ax = std::max(ax, px - tx * pz), bx = std::max(bx, -px - tx * pz);
     ay = std::max(ay, py - ty * pz), by = std::max(by, -py - ty * pz);
     z.add(pz);

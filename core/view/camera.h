@@ -14,10 +14,10 @@ struct CameraRay {
 // Picture coordinates: x right in [0, width), y down in [0, height), in px; pixel (i, j) has its centre at
 // (i + 0.5, j + 0.5).
 struct Camera {
-  dvec3 eye{0.0};             // orthographic: centre of the image plane, outside the model
+  dvec3 eye{0.0};  // orthographic: centre of the image plane, outside the model
   dvec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal
   bool perspective = false;
-  double pixel = 1.0;         // orthographic: mm per px; perspective: tangent per px
+  double pixel = 1.0;  // orthographic: mm per px; perspective: tangent per px
   int width_px = 512, height_px = 512;
 
   CameraRay ray(double x_px, double y_px) const;
@@ -38,8 +38,8 @@ Camera look(double azimuth_deg, double elevation_deg, UpAxis up);
 struct FitOptions {
   int width_px = 512, height_px = 512;  // both >= 1
   bool perspective = false;
-  double fov_deg = 30.0;                // perspective: full angle across the shorter side of the picture
-  double margin = 0.04;                 // free border, as a fraction of the shorter side, on each side
+  double fov_deg = 30.0;  // perspective: full angle across the shorter side of the picture
+  double margin = 0.04;   // free border, as a fraction of the shorter side, on each side
 };
 
 // Moves and scales a camera of look() so that every point lies within the picture, as large as can be:

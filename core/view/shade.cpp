@@ -5,9 +5,7 @@
 
 namespace trimray::view {
 
-double linear_from_srgb(double x) {
-  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
-}
+double linear_from_srgb(double x) { return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4); }
 
 double srgb_from_linear(double x) {
   if (!(x > 0.0)) return 0.0;
@@ -17,7 +15,8 @@ double srgb_from_linear(double x) {
 
 Color linear_color(const float srgb[4]) {
   const auto channel = [](float x) { return linear_from_srgb(std::clamp(static_cast<double>(x), 0.0, 1.0)); };
-  return {{channel(srgb[0]), channel(srgb[1]), channel(srgb[2])}, std::clamp(static_cast<double>(srgb[3]), 0.0, 1.0)};
+  return {{channel(srgb[0]), channel(srgb[1]), channel(srgb[2])},
+          std::clamp(static_cast<double>(srgb[3]), 0.0, 1.0)};
 }
 
 Lighting::Lighting(const dvec3& right, const dvec3& up_axis, const dvec3& forward)
@@ -47,7 +46,8 @@ double shininess(double cosine) {
 
 }  // namespace
 
-dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base, bool orientation) {
+dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base,
+            bool orientation) {
   const bool inner = glm::dot(normal, dir) > 0.0;
   const dvec3 n = inner ? -normal : normal;
   const double facing = std::clamp(-glm::dot(n, dir), 0.0, 1.0);

@@ -5,7 +5,8 @@
 
 namespace trimray::view {
 
-// sRGB transfer function (IEC 61966-2-1), one channel, both ways, [0, 1] -> [0, 1]; the two are inverse to 1e-7.
+// sRGB transfer function (IEC 61966-2-1), one channel, both ways, [0, 1] -> [0, 1]; the two are inverse to
+// 1e-7.
 double linear_from_srgb(double encoded);
 double srgb_from_linear(double linear);
 
@@ -16,9 +17,9 @@ struct Color {
 };
 Color linear_color(const float srgb[4]);
 
-// Lights ride with the camera: a headlight, and two soft lights from above left and from the right. A soft light
-// wraps round the shape (wrapped Lambert), as a wide lamp does, so no surface turned to the eye is black. Both
-// sides of a face are lit alike.
+// Lights ride with the camera: a headlight, and two soft lights from above left and from the right. A soft
+// light wraps round the shape (wrapped Lambert), as a wide lamp does, so no surface turned to the eye is
+// black. Both sides of a face are lit alike.
 struct Lighting {
   dvec3 key{0.0}, fill{0.0};  // unit, towards the light, world
   dvec3 up{0.0};              // of the camera; the light from the surroundings comes from above
@@ -26,9 +27,10 @@ struct Lighting {
   Lighting(const dvec3& right, const dvec3& up_axis, const dvec3& forward);
 };
 
-// Light that a surface point sends along -dir, linear, clamped to [0, 1]. normal: outward, unit; dir: the ray's
-// direction, unit. orientation: tint faces that turn their inner side to the eye.
-dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base, bool orientation);
+// Light that a surface point sends along -dir, linear, clamped to [0, 1]. normal: outward, unit; dir: the
+// ray's direction, unit. orientation: tint faces that turn their inner side to the eye.
+dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base,
+            bool orientation);
 
 // What is seen where no face is: one colour from the top of the picture to another at its bottom, blended in
 // sRGB (which the eye finds even); alpha 0 in both is a transparent picture. sRGB-encoded, straight alpha.

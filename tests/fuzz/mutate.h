@@ -14,11 +14,28 @@ namespace trimray::fuzz {
 // Overwrites one value in place with an interesting one, or copies 8 bytes from elsewhere.
 inline void replace_number(std::uint8_t* data, std::size_t size, std::minstd_rand& random) {
   using Limits = std::numeric_limits<double>;
-  static constexpr double kReals[] = {0.0,  -0.0, 1.0,  -1.0,   0.5,   1e-300, 1e300, 1e-9, 6.283185307179586,
-                                      1e9,  -1e9, 2.0,  1e-7,   100.0, Limits::quiet_NaN(), Limits::infinity(),
-                                      -Limits::infinity(), Limits::denorm_min(), Limits::max()};
-  static constexpr std::int32_t kIntegers[] = {0, 1, 2, 3, 4, 5, 7, 10, 26, -1, 1 << 16, 1 << 30, 0x7fffffff,
-                                               std::numeric_limits<std::int32_t>::min()};
+  static constexpr double kReals[] = {0.0,
+                                      -0.0,
+                                      1.0,
+                                      -1.0,
+                                      0.5,
+                                      1e-300,
+                                      1e300,
+                                      1e-9,
+                                      6.283185307179586,
+                                      1e9,
+                                      -1e9,
+                                      2.0,
+                                      1e-7,
+                                      100.0,
+                                      Limits::quiet_NaN(),
+                                      Limits::infinity(),
+                                      -Limits::infinity(),
+                                      Limits::denorm_min(),
+                                      Limits::max()};
+  static constexpr std::int32_t kIntegers[] = {
+      0,  1,  2,  3,       4,       5,          7,
+      10, 26, -1, 1 << 16, 1 << 30, 0x7fffffff, std::numeric_limits<std::int32_t>::min()};
   if (size < 8) return;
   const std::size_t at = random() % (size - 7);
   switch (random() % 4) {

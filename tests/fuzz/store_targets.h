@@ -62,7 +62,8 @@ inline void build_from_stream(std::span<const std::byte> bytes) {
   }
   nurbs::validate(store);
   const std::vector<std::byte> saved = nurbs::save_store(store);
-  if (nurbs::save_store(nurbs::load_store(saved)) != saved) throw std::logic_error("a store changed when saved");
+  if (nurbs::save_store(nurbs::load_store(saved)) != saved)
+    throw std::logic_error("a store changed when saved");
 }
 
 // Bytes -> NurbsStore. FormatError is the only way to refuse; what is accepted is valid. The checksum is put

@@ -48,7 +48,7 @@ def run_closed_forms(args: argparse.Namespace) -> int:
 
 def run_reference(args: argparse.Namespace) -> int:
     print(
-        f"{'model':44} {'rays':>7} {'hits':>7} {'knife':>6} {'band':>5} {'coinc.':>6} "
+        f"{'model':44} {'rays':>7} {'hits':>7} {'knife':>6} {'in face':>7} {'band':>5} {'coinc.':>6} "
         f"{'unexplained':>11} {'s':>6}"
     )
     wrong = 0
@@ -57,7 +57,7 @@ def run_reference(args: argparse.Namespace) -> int:
         r = reference.check(model, args.rays)
         wrong += len(r.unexplained)
         print(
-            f"{name:44} {r.rays:7} {r.hits:7} {r.knife_edge:6} {r.band:5} {r.coincident:6} "
+            f"{name:44} {r.rays:7} {r.hits:7} {r.knife_edge:6} {r.edge_on:7} {r.band:5} {r.coincident:6} "
             f"{len(r.unexplained):11} {time.perf_counter() - start:6.1f}",
             flush=True,
         )

@@ -14,7 +14,7 @@ import numpy as np
 
 import trimray
 
-from .reference import picture_rays
+from .reference import EDGE_ON, picture_rays
 
 
 def read_shape(path: Path) -> object:
@@ -29,7 +29,7 @@ def read_shape(path: Path) -> object:
 
 
 def check(path: Path, n: int) -> Counter[str]:
-    """Classes of 26 n rays: agree, edge (within a shape tolerance), occt wrong, ours wrong."""
+    """Classes of 26 n rays: agree, in face, edge (within a shape tolerance), occt wrong, ours wrong."""
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
@@ -38,15 +38,19 @@ def check(path: Path, n: int) -> Counter[str]:
     intersector = IntCurvesFace_ShapeIntersector()
     intersector.Load(shape, 1e-9)
     origins, directions = picture_rays(model, n)
-    ours = model.cast(origins, directions).t
+    hits = model.cast(origins, directions)
+    flat = (hits.face >= 0) & (np.abs((hits.normal * directions).sum(axis=1)) < EDGE_ON)
     low, high = model.bounds
     diagonal = float(np.linalg.norm(high - low))
     classes: Counter[str] = Counter()
-    for o, d, t in zip(origins, directions, ours, strict=True):
+    for o, d, t, in_face in zip(origins, directions, hits.t, flat, strict=True):
         intersector.PerformNearest(gp_Lin(gp_Pnt(*o), gp_Dir(*d)), 0.0, 4 * diagonal)
         theirs = intersector.WParameter(1) if intersector.NbPnt() > 0 else np.inf
         if theirs == t or abs(theirs - t) <= 1e-7 * diagonal:
             classes["agree"] += 1
+            continue
+        if in_face:
+            classes["in face"] += 1  # the ray lies in a plane
             continue
         judge = float(model.cast(o[None], d[None], mode="reference").t[0])
         if judge == t or abs(judge - t) <= 1e-9 * diagonal:
@@ -54,7 +58,7 @@ def check(path: Path, n: int) -> Counter[str]:
             side = np.cross(d, [0.3, 0.5, 0.8])
             shifts = [s * 1e-4 * diagonal * side for s in (-1, 1)]
             beside = model.cast(np.array([o + s for s in shifts]), np.array([d, d])).t
-            edge = any(abs(b - theirs) < 1e-3 * diagonal or b == theirs for b in beside)
+            edge = any(b == theirs or abs(b - theirs) < 1e-3 * diagonal for b in beside)
             classes["edge" if edge else "occt wrong"] += 1
         elif abs(judge - theirs) <= 1e-7 * diagonal or judge == theirs:
             classes["ours wrong"] += 1

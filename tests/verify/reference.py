@@ -21,10 +21,12 @@ from trimray import _core
 from .closed_forms import HIT_TOL, views
 
 Array = NDArray[np.float64]
-Cast = Callable[[Array, Array], tuple[Array, NDArray[np.int32], NDArray[np.int32]]]
+# t, face, instance, |cos| of the angle between normal and ray
+Cast = Callable[[Array, Array], tuple[Array, NDArray[np.int32], NDArray[np.int32], Array]]
 
 KNIFE_EDGE = 2e-9  # of the diagonal
 BAND_REACH = 1e-3  # of the diagonal
+EDGE_ON = 1e-9  # |cos| below which a ray lies in the face
 
 
 @dataclass
@@ -32,6 +34,7 @@ class Result:
     rays: int = 0
     hits: int = 0
     knife_edge: int = 0
+    edge_on: int = 0
     band: int = 0
     coincident: int = 0
     unexplained: list[str] = field(default_factory=list)
@@ -68,9 +71,9 @@ def aimed_rays(model: trimray.Model, n: int, seed: int = 2) -> tuple[Array, Arra
 
 
 def caster(model: trimray.Model, mode: str) -> Cast:
-    def cast(o: Array, d: Array) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+    def cast(o: Array, d: Array) -> tuple[Array, NDArray[np.int32], NDArray[np.int32], Array]:
         hits = model.cast(o, d, mode=mode)
-        return hits.t, hits.face, hits.instance
+        return hits.t, hits.face, hits.instance, np.abs((hits.normal * d).sum(axis=1))
 
     return cast
 
@@ -97,6 +100,9 @@ def check(model: trimray.Model, n: int, fast: Cast | None = None, judge: Cast | 
     for i in np.flatnonzero(~_same(a, b, tol)):
         if np.isfinite(a[0][i]) and abs(a[0][i] - b[0][i]) <= tol:
             result.coincident += 1  # two faces in one place: either is right
+            continue
+        if any(side[1][i] >= 0 and side[3][i] < EDGE_ON for side in (a, b)):
+            result.edge_on += 1  # the ray lies in a plane: where it meets it is nobody's to say
             continue
         shift = rng.normal(size=(48, 3))
         shift *= KNIFE_EDGE * diagonal / np.linalg.norm(shift, axis=1)[:, None]

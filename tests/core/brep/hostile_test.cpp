@@ -79,7 +79,8 @@ TEST(BintoolsHostile, RandomDamageIsAnErrorOrAValidModel) {
       Bytes damaged = bytes;
       for (int k = 0; k < 4; ++k) {
         const std::size_t at = random() % (damaged.size() - 4);
-        const std::uint32_t values[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, static_cast<std::uint32_t>(random())};
+        const std::uint32_t values[] = {0,          1,          0x7fffffff,
+                                        0x80000000, 0xffffffff, static_cast<std::uint32_t>(random())};
         std::memcpy(damaged.data() + at, &values[random() % 6], 4);
       }
       try {
@@ -92,12 +93,14 @@ TEST(BintoolsHostile, RandomDamageIsAnErrorOrAValidModel) {
 
 TEST(BintoolsHostile, HugeCountsAllocateNothing) {
   const Bytes box = testing::read_stream("box");
-  for (const char* section : {"Locations 0", "Curve2ds 24", "Curves 12", "Polygon3D 0", "PolygonOnTriangulations 0",
-                              "Surfaces 6", "Triangulations 0", "TShapes 34"}) {
+  for (const char* section : {"Locations 0", "Curve2ds 24", "Curves 12", "Polygon3D 0",
+                              "PolygonOnTriangulations 0", "Surfaces 6", "Triangulations 0", "TShapes 34"}) {
     const std::string name = std::string(section).substr(0, std::string(section).find(' '));
-    for (const char* count : {" 2147483647", " 4294967296", " 9999999999", " 99999999999999999999", " -1", " ", ""}) {
+    for (const char* count :
+         {" 2147483647", " 4294967296", " 9999999999", " 99999999999999999999", " -1", " ", ""}) {
       const std::string message = failure(replaced(box, std::string(section) + "\n", name + count + "\n"));
-      EXPECT_NE(message.find("B-rep stream, " + name + ", byte "), std::string::npos) << name << count << message;
+      EXPECT_NE(message.find("B-rep stream, " + name + ", byte "), std::string::npos)
+          << name << count << message;
     }
   }
 }
@@ -107,7 +110,8 @@ TEST(BintoolsHostile, ErrorsNameSectionAndOffset) {
   Bytes bytes = testing::read_stream("surfaces");
   const std::size_t first = find(bytes, "Surfaces 14\n") + 12;
   bytes[first] = std::byte{12};
-  EXPECT_EQ(failure(bytes), "B-rep stream, Surfaces, byte " + std::to_string(first + 1) + ": unknown kind of surface");
+  EXPECT_EQ(failure(bytes),
+            "B-rep stream, Surfaces, byte " + std::to_string(first + 1) + ": unknown kind of surface");
 }
 
 TEST(BintoolsHostile, BytesAfterTheLastShapeAreAnError) {
@@ -136,8 +140,10 @@ TEST(BintoolsHostile, NestingOfBasisCurvesIsBounded) {
 // for shape i.
 template <typename Child>
 Bytes compounds(std::int32_t count, Child child, int uses = 1) {
-  std::string text = "\nOpen CASCADE Topology V4, (c) Open Cascade\nLocations 0\nCurve2ds 0\nCurves 0\nPolygon3D 0\n";
-  text += "PolygonOnTriangulations 0\nSurfaces 0\nTriangulations 0\n\nTShapes " + std::to_string(count) + "\n";
+  std::string text =
+      "\nOpen CASCADE Topology V4, (c) Open Cascade\nLocations 0\nCurve2ds 0\nCurves 0\nPolygon3D 0\n";
+  text +=
+      "PolygonOnTriangulations 0\nSurfaces 0\nTriangulations 0\n\nTShapes " + std::to_string(count) + "\n";
   for (std::int32_t i = 0; i < count; ++i) {
     text += std::string(8, '\0');
     for (int k = 0; i > 0 && k < uses; ++k) {
@@ -161,7 +167,8 @@ TEST(BintoolsHostile, NestingOfShapesIsBounded) {
 TEST(BintoolsHostile, UsesOfShapesCannotMultiplyWithoutEnd) {
   // The root of n compounds, each holding the one before twice, meets 2^n - 2 uses.
   const auto doubling = [](std::int32_t count) {
-    return compounds(count, [count](std::int32_t i) { return count - i + 1; }, 2);
+    return compounds(
+        count, [count](std::int32_t i) { return count - i + 1; }, 2);
   };
   EXPECT_EQ(parse_bintools(doubling(26)).shapes.size(), 26u);
   EXPECT_NE(failure(doubling(28)).find("too many uses"), std::string::npos);

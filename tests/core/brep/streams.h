@@ -10,7 +10,9 @@
 
 namespace trimray::testing {
 
-inline std::filesystem::path stream_folder() { return std::filesystem::path(__FILE__).parent_path() / "data"; }
+inline std::filesystem::path stream_folder() {
+  return std::filesystem::path(__FILE__).parent_path() / "data";
+}
 
 inline std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);

@@ -137,7 +137,8 @@ TEST(BintoolsTopology, RoundedBoxIsSmoothAlongItsFillet) {
   EXPECT_EQ(model.edges.size(), 15u);
   EXPECT_EQ(std::ranges::count_if(model.edges, &EdgeData::smooth), 2);
   // A smooth edge lies between the fillet of radius 1 and a plane, along the fillet's axis.
-  const auto fillet = std::ranges::find_if(model.surfaces, [](auto& s) { return s.kind == SurfaceKind::kCylinder; });
+  const auto fillet =
+      std::ranges::find_if(model.surfaces, [](auto& s) { return s.kind == SurfaceKind::kCylinder; });
   ASSERT_NE(fillet, model.surfaces.end());
   EXPECT_EQ(fillet->r1, 1.0);
   for (const EdgeData& edge : model.edges) {

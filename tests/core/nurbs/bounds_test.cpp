@@ -33,7 +33,8 @@ TEST(Bounds, tightOnTiltedClosedForms) {
   const FaceSpec sphere = full_sphere(frame, 2.0), torus = full_torus(frame, 3.0, 1.0);
   const NurbsStore s = make_store({&sphere, 1}), t = make_store({&torus, 1});
   expect_box(face_bounds(s, TrimIndex(s), 0), centre - 2.0, centre + 2.0, 2e-6);
-  const dvec3 reach(torus_reach(3, 1, axis, {1, 0, 0}), torus_reach(3, 1, axis, {0, 1, 0}), torus_reach(3, 1, axis, {0, 0, 1}));
+  const dvec3 reach(torus_reach(3, 1, axis, {1, 0, 0}), torus_reach(3, 1, axis, {0, 1, 0}),
+                    torus_reach(3, 1, axis, {0, 0, 1}));
   expect_box(face_bounds(t, TrimIndex(t), 0), centre - reach, centre + reach, 4e-6);
 }
 

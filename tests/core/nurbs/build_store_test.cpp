@@ -51,8 +51,9 @@ void expect_sound(const NurbsStore& store) {
 }  // namespace
 
 TEST(BuildStore, solidsOfTheStreamsAreClosed) {
-  const std::vector<std::pair<const char*, std::size_t>> solids = {
-      {"box.bin", 6}, {"cylinder.bin", 3}, {"cone.bin", 2}, {"sphere.bin", 1}, {"torus.bin", 1}, {"rounded_box.bin", 7}};
+  const std::vector<std::pair<const char*, std::size_t>> solids = {{"box.bin", 6},   {"cylinder.bin", 3},
+                                                                   {"cone.bin", 2},  {"sphere.bin", 1},
+                                                                   {"torus.bin", 1}, {"rounded_box.bin", 7}};
   for (const auto& [name, faces] : solids) {
     const NurbsStore store = build_last(name);
     ASSERT_EQ(store.faces.size(), faces) << name;

@@ -16,7 +16,8 @@ namespace {
 class Faces {
  public:
   // corners: in space; uv: of the p-curves' corners on the surface. Both run to the left around the face.
-  void add(const brep::Surface& surface, const std::array<dvec3, 4>& corners, const std::array<dvec2, 4>& uv) {
+  void add(const brep::Surface& surface, const std::array<dvec3, 4>& corners,
+           const std::array<dvec2, 4>& uv) {
     model_.surfaces.push_back(surface);
     brep::Shape wire{brep::ShapeKind::kWire, -1, true, {}};
     std::array<std::int32_t, 4> vertices{};
@@ -86,11 +87,14 @@ brep::Surface sheet(const std::vector<double>& heights) {
   s.kind = brep::SurfaceKind::kBezier;
   s.count_u = static_cast<std::int32_t>(heights.size()), s.count_v = 2;
   for (std::size_t i = 0; i < heights.size(); ++i)
-    for (const double y : {0.0, 10.0}) s.poles.emplace_back(10.0 * double(i) / double(heights.size() - 1), y, heights[i]);
+    for (const double y : {0.0, 10.0})
+      s.poles.emplace_back(10.0 * double(i) / double(heights.size() - 1), y, heights[i]);
   return s;
 }
 
-std::array<dvec3, 4> square(double size) { return {{{0, 0, 0}, {size, 0, 0}, {size, size, 0}, {0, size, 0}}}; }
+std::array<dvec3, 4> square(double size) {
+  return {{{0, 0, 0}, {size, 0, 0}, {size, size, 0}, {0, size, 0}}};
+}
 constexpr std::array<dvec2, 4> kUnit = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 constexpr std::array<dvec2, 4> kTen = {{{0, 0}, {10, 0}, {10, 10}, {0, 10}}};
 
@@ -159,6 +163,7 @@ TEST(FaceGuards, loopsThatLeaveAHighDegreeSurfaceAreBadTrim) {
   EXPECT_EQ(f.build().faces[0].status, FaceStatus::kBadTrim);
   // A straight sheet goes on as far as its loops ask.
   Faces straight;
-  straight.add(sheet({0.0, 0.0}), {{{0, 0, 0}, {14, 0, 0}, {14, 10, 0}, {0, 10, 0}}}, {{{0, 0}, {1.4, 0}, {1.4, 1}, {0, 1}}});
+  straight.add(sheet({0.0, 0.0}), {{{0, 0, 0}, {14, 0, 0}, {14, 10, 0}, {0, 10, 0}}},
+               {{{0, 0}, {1.4, 0}, {1.4, 1}, {0, 1}}});
   EXPECT_EQ(straight.build().faces[0].status, FaceStatus::kOk);
 }

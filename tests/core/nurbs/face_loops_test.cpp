@@ -27,29 +27,32 @@ class OneFace {
 
   std::int32_t vertex(dvec3 p) {
     model_.vertices.push_back({p, 1e-7});
-    model_.shapes.push_back({brep::ShapeKind::kVertex, static_cast<std::int32_t>(model_.vertices.size()) - 1, false, {}});
+    model_.shapes.push_back(
+        {brep::ShapeKind::kVertex, static_cast<std::int32_t>(model_.vertices.size()) - 1, false, {}});
     return static_cast<std::int32_t>(model_.shapes.size()) - 1;
   }
 
   // A circle of the given centre and frame over [first, last]; uv = from + t * step on the surface.
-  std::int32_t arc(dvec3 centre, dvec3 x, dvec3 y, double radius, double first, double last, dvec2 from, dvec2 step,
-                   std::int32_t v0, std::int32_t v1) {
+  std::int32_t arc(dvec3 centre, dvec3 x, dvec3 y, double radius, double first, double last, dvec2 from,
+                   dvec2 step, std::int32_t v0, std::int32_t v1) {
     brep::Curve3 c;
     c.kind = brep::CurveKind::kCircle, c.location = centre, c.x_axis = x, c.y_axis = y, c.r1 = radius;
     return edge(c, first, last, from, step, v0, v1);
   }
 
-  std::int32_t line(dvec3 start, dvec3 direction, double first, double last, dvec2 from, dvec2 step, std::int32_t v0,
-                    std::int32_t v1) {
+  std::int32_t line(dvec3 start, dvec3 direction, double first, double last, dvec2 from, dvec2 step,
+                    std::int32_t v0, std::int32_t v1) {
     brep::Curve3 c;
     c.kind = brep::CurveKind::kLine, c.location = start, c.x_axis = direction;
     return edge(c, first, last, from, step, v0, v1);
   }
 
-  std::int32_t edge(const brep::Curve3& c, double first, double last, dvec2 from, dvec2 step, std::int32_t v0, std::int32_t v1) {
+  std::int32_t edge(const brep::Curve3& c, double first, double last, dvec2 from, dvec2 step, std::int32_t v0,
+                    std::int32_t v1) {
     model_.curves3.push_back(c);
     brep::EdgeData e;
-    e.tolerance = 1e-7, e.curve3 = static_cast<std::int32_t>(model_.curves3.size()) - 1, e.first = first, e.last = last;
+    e.tolerance = 1e-7, e.curve3 = static_cast<std::int32_t>(model_.curves3.size()) - 1, e.first = first,
+    e.last = last;
     if (with_pcurves) {
       brep::Curve2 p;
       p.kind = brep::CurveKind::kLine, p.location = from, p.x_axis = step;
@@ -67,7 +70,8 @@ class OneFace {
   void wire(const std::vector<std::pair<std::int32_t, bool>>& edges) {
     brep::Shape w{brep::ShapeKind::kWire, -1, true, {}};
     for (const auto& [shape, reversed] : edges)
-      w.children.push_back({shape, reversed ? brep::Orientation::kReversed : brep::Orientation::kForward, -1});
+      w.children.push_back(
+          {shape, reversed ? brep::Orientation::kReversed : brep::Orientation::kForward, -1});
     model_.shapes.push_back(w);
     wires_.push_back(static_cast<std::int32_t>(model_.shapes.size()) - 1);
   }
@@ -92,8 +96,10 @@ class OneFace {
   std::vector<std::int32_t> wires_;
 };
 
-// Fraction of mismatches between the trim's answer and the expected one, on a grid over one period and the v range.
-int mismatches(const NurbsStore& store, double v0, double v1, const std::function<bool(double, double)>& expected) {
+// Fraction of mismatches between the trim's answer and the expected one, on a grid over one period and the v
+// range.
+int mismatches(const NurbsStore& store, double v0, double v1,
+               const std::function<bool(double, double)>& expected) {
   const TrimIndex trims(store);
   int wrong = 0;
   for (int i = 0; i < 97; ++i)
@@ -120,7 +126,8 @@ constexpr dvec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
 TEST(FaceLoops, cylinderRimsWithoutSeam) {
   for (const double turn : {0.0, 1.0, 3.5}) {  // where the upper rim begins
     OneFace f(brep::SurfaceKind::kCylinder, 2.0);
-    const std::int32_t low = f.vertex({2, 0, 1}), high = f.vertex({2 * std::cos(turn), 2 * std::sin(turn), 4});
+    const std::int32_t low = f.vertex({2, 0, 1}),
+                       high = f.vertex({2 * std::cos(turn), 2 * std::sin(turn), 4});
     const std::int32_t bottom = f.arc({0, 0, 1}, kX, kY, 2.0, 0, 2 * kPi, {0, 1}, {1, 0}, low, low);
     const std::int32_t top = f.arc({0, 0, 4}, kX, kY, 2.0, turn, turn + 2 * kPi, {0, 4}, {1, 0}, high, high);
     f.wire({{bottom, false}});
@@ -136,7 +143,8 @@ TEST(FaceLoops, sphereCapOfOneCircle) {
   for (const bool upper : {true, false}) {
     OneFace f(brep::SurfaceKind::kSphere, 2.0);
     const std::int32_t v = f.vertex({2 * std::cos(0.5), 0, 2 * std::sin(0.5)});
-    const std::int32_t rim = f.arc({0, 0, 2 * std::sin(0.5)}, kX, kY, 2 * std::cos(0.5), 0, 2 * kPi, {0, 0.5}, {1, 0}, v, v);
+    const std::int32_t rim =
+        f.arc({0, 0, 2 * std::sin(0.5)}, kX, kY, 2 * std::cos(0.5), 0, 2 * kPi, {0, 0.5}, {1, 0}, v, v);
     f.wire({{rim, !upper}});
     const NurbsStore store = f.build();
     expect_sound(store);
@@ -180,7 +188,9 @@ TEST(FaceLoops, sphereOctantWithoutPoleEdge) {
     f.wire({{equator, false}, {down, true}, {up, false}});  // stored out of order
     const NurbsStore store = f.build();
     expect_sound(store);
-    EXPECT_EQ(mismatches(store, -kPi / 2, kPi / 2, [](double u, double v) { return v > 0.0 && u < kPi / 2; }), 0) << shift;
+    EXPECT_EQ(mismatches(store, -kPi / 2, kPi / 2, [](double u, double v) { return v > 0.0 && u < kPi / 2; }),
+              0)
+        << shift;
     EXPECT_TRUE(store.faces[0].iso_rectangle);
   }
 }
@@ -219,7 +229,9 @@ TEST(FaceLoops, missingPCurvesAreProjected) {
           {f.line(along(2.5), kZ, 2, 3, {}, {}, p, s), true}});
   const NurbsStore store = f.build();
   expect_sound(store);
-  EXPECT_EQ(mismatches(store, 0.0, 5.0, [](double u, double v) { return u > 2.5 && u < 4.0 && v > 2 && v < 3; }), 0);
+  EXPECT_EQ(
+      mismatches(store, 0.0, 5.0, [](double u, double v) { return u > 2.5 && u < 4.0 && v > 2 && v < 3; }),
+      0);
   for (const Edge& e : store.edges) EXPECT_LE(e.band, 1e-7);
 }
 

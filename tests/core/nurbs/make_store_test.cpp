@@ -12,8 +12,10 @@ using namespace trimray::nurbs;
 
 TEST(MakeStore, singleFacesAreValidAndClosedWhereTheyWrap) {
   const FaceSpec plane{make_plane({}), {{-1, -2}, {3, 4}}};
-  const std::vector<std::pair<FaceSpec, bool>> cases = {
-      {full_sphere({}, 2.0), true}, {full_torus({}, 3.0, 1.0), true}, {tube({}, 2.0, -1.0, 5.0), false}, {plane, false}};
+  const std::vector<std::pair<FaceSpec, bool>> cases = {{full_sphere({}, 2.0), true},
+                                                        {full_torus({}, 3.0, 1.0), true},
+                                                        {tube({}, 2.0, -1.0, 5.0), false},
+                                                        {plane, false}};
   for (const auto& [spec, closed] : cases) {
     const NurbsStore store = make_store({&spec, 1});
     validate(store);

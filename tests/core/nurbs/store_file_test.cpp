@@ -13,8 +13,10 @@ using namespace trimray::nurbs;
 namespace {
 
 NurbsStore sample() {
-  const std::vector<FaceSpec> faces = {full_sphere({{1, 2, 3}}, 2.0), full_torus({}, 3.0, 1.0),
-                                       {as_offset(as_nurbs(make_cylinder({}, 2.0)), 0.25), {{0.5, -1}, {1.5, 4}}, true}};
+  const std::vector<FaceSpec> faces = {
+      full_sphere({{1, 2, 3}}, 2.0),
+      full_torus({}, 3.0, 1.0),
+      {as_offset(as_nurbs(make_cylinder({}, 2.0)), 0.25), {{0.5, -1}, {1.5, 4}}, true}};
   NurbsStore store = make_store(faces);
   store.faces[1].color[0] = 0.25f;
   store.meta = "{\"name\": \"M2X10\xe6\x9d\xaf\"}";

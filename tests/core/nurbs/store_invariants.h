@@ -17,7 +17,8 @@ inline Pieces3 edge_path(const NurbsStore& store, const Edge& e) {
   for (std::int32_t k = e.pieces.begin; k < e.pieces.end; ++k) {
     CurvePiece p = store.edge_pieces[k];
     const std::int32_t offset = static_cast<std::int32_t>(r.ctrl.size());
-    r.ctrl.insert(r.ctrl.end(), store.edge_ctrl_h.begin() + p.ctrl.begin, store.edge_ctrl_h.begin() + p.ctrl.end);
+    r.ctrl.insert(r.ctrl.end(), store.edge_ctrl_h.begin() + p.ctrl.begin,
+                  store.edge_ctrl_h.begin() + p.ctrl.end);
     p.ctrl = {offset, offset + p.ctrl.size()};
     r.list.push_back(p);
   }
@@ -25,11 +26,11 @@ inline Pieces3 edge_path(const NurbsStore& store, const Edge& e) {
 }
 
 struct Findings {
-  double worst_gap = 0.0;            // between co-edges of a loop, as a fraction of the uv box
-  double worst_excess = 0.0;         // of a p-curve point's distance to the edge, over the band
-  int loops_open = 0;                // gaps above 1e-3 of the uv box
+  double worst_gap = 0.0;              // between co-edges of a loop, as a fraction of the uv box
+  double worst_excess = 0.0;           // of a p-curve point's distance to the edge, over the band
+  int loops_open = 0;                  // gaps above 1e-3 of the uv box
   int points = 0, points_outside = 0;  // p-curve samples; those farther than the band
-  int negative_areas = 0;            // faces whose loops run clockwise in sum
+  int negative_areas = 0;              // faces whose loops run clockwise in sum
   double worst_band = 0.0;
 };
 

@@ -74,8 +74,10 @@ TEST(Surface, derivativesAreThoseOfThePoint) {
       for (int i = 0; i < 50; ++i) {
         const dvec2 uv = n.box.lower + n.box.extent() * dvec2(part(random), part(random));
         const double h = 1e-5;
-        const dvec3 du = (evaluate(view(*form), uv + dvec2(h, 0)).p - evaluate(view(*form), uv - dvec2(h, 0)).p) / (2 * h);
-        const dvec3 dv = (evaluate(view(*form), uv + dvec2(0, h)).p - evaluate(view(*form), uv - dvec2(0, h)).p) / (2 * h);
+        const dvec3 du =
+            (evaluate(view(*form), uv + dvec2(h, 0)).p - evaluate(view(*form), uv - dvec2(h, 0)).p) / (2 * h);
+        const dvec3 dv =
+            (evaluate(view(*form), uv + dvec2(0, h)).p - evaluate(view(*form), uv - dvec2(0, h)).p) / (2 * h);
         const SurfacePoint at = evaluate(view(*form), uv);
         EXPECT_LE(glm::distance(at.du, du), 1e-7) << n.name;
         EXPECT_LE(glm::distance(at.dv, dv), 1e-7) << n.name;
@@ -124,7 +126,9 @@ TEST(Surface, mapsKeepEveryKnotAndInvert) {
 TEST(Surface, periodicDirectionsWrap) {
   const SurfaceForm torus = as_nurbs(make_torus({}, 6.0, 2.5));
   for (double u = 0.1; u < 6.0; u += 0.9)
-    EXPECT_LE(glm::distance(evaluate(view(torus), {u, 1.0}).p, evaluate(view(torus), {u + 4 * kPi, 1.0 - 2 * kPi}).p), 1e-13);
+    EXPECT_LE(glm::distance(evaluate(view(torus), {u, 1.0}).p,
+                            evaluate(view(torus), {u + 4 * kPi, 1.0 - 2 * kPi}).p),
+              1e-13);
 }
 
 TEST(Surface, bezierPatchesEqualEvaluation) {
@@ -150,7 +154,8 @@ TEST(Surface, bezierPatchesEqualEvaluation) {
         const dvec2 local(unit(random), unit(random));
         std::vector<dvec4> rows;
         for (int r = 0; r <= patches.degree_u; ++r)
-          rows.push_back(bezier_point(&patches.ctrl_h[k * patches.points() + r * (patches.degree_v + 1)], patches.degree_v, local.y));
+          rows.push_back(bezier_point(&patches.ctrl_h[k * patches.points() + r * (patches.degree_v + 1)],
+                                      patches.degree_v, local.y));
         const dvec3 p = project(bezier_point(rows.data(), patches.degree_u, local.x));
         const dvec2 uv(face_from_nurbs(store, f.knots_u, f.map_u, b.lower.x + local.x * b.extent().x),
                        face_from_nurbs(store, f.knots_v, f.map_v, b.lower.y + local.y * b.extent().y));
@@ -164,10 +169,13 @@ TEST(Surface, respanContinuesThePolynomial) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> coordinate(-5.0, 5.0), unit(0.0, 1.0);
   std::vector<dvec4> ctrl;
-  for (int i = 0; i < 7 * 5; ++i) ctrl.emplace_back(coordinate(random), coordinate(random), coordinate(random), 1.0);
-  const SurfaceForm whole = make_bspline(3, 2, {0, 0, 0, 0, 1, 1, 2.5, 4, 4, 4, 4}, {-1, -1, -1, 0.5, 1, 3, 3, 3}, ctrl);
-  for (const Box2& domain : {Box2{{0.3, -0.2}, {3.7, 2.0}}, Box2{{-0.4, -1.2}, {4.5, 3.3}}, Box2{{1.2, 0.6}, {2.0, 0.9}},
-                             Box2{{1.0, 0.5}, {2.5, 1.0}}, Box2{{0.0, -1.0}, {4.0, 3.0}}}) {
+  for (int i = 0; i < 7 * 5; ++i)
+    ctrl.emplace_back(coordinate(random), coordinate(random), coordinate(random), 1.0);
+  const SurfaceForm whole =
+      make_bspline(3, 2, {0, 0, 0, 0, 1, 1, 2.5, 4, 4, 4, 4}, {-1, -1, -1, 0.5, 1, 3, 3, 3}, ctrl);
+  for (const Box2& domain :
+       {Box2{{0.3, -0.2}, {3.7, 2.0}}, Box2{{-0.4, -1.2}, {4.5, 3.3}}, Box2{{1.2, 0.6}, {2.0, 0.9}},
+        Box2{{1.0, 0.5}, {2.5, 1.0}}, Box2{{0.0, -1.0}, {4.0, 3.0}}}) {
     SurfaceForm part = whole;
     respan_surface(part, domain);
     EXPECT_EQ(part.surface.domain.lower, domain.lower);
@@ -182,8 +190,8 @@ TEST(Surface, respanContinuesThePolynomial) {
 }
 
 TEST(Surface, respanKeepsAccuracyOnVeryUnevenKnots) {
-  // Eight steps on coordinates of 1e3 round by up to 1e-11. A span of 1e-4 beside spans of 1: found in a turbine blade, where extrapolating from the short
-  // span lost every digit.
+  // Eight steps on coordinates of 1e3 round by up to 1e-11. A span of 1e-4 beside spans of 1: found in a
+  // turbine blade, where extrapolating from the short span lost every digit.
   SplineCurve<dvec4> c;
   c.degree = 8;
   c.knots.assign(9, 0.0);

@@ -8,7 +8,7 @@
 
 namespace trimray::nurbs {
 
-using TrimPiece = std::vector<dvec3>;      // (w u, w v, w)
+using TrimPiece = std::vector<dvec3>;  // (w u, w v, w)
 using TrimLoop = std::vector<TrimPiece>;
 
 inline TrimLoop polygon(const std::vector<dvec2>& points) {

@@ -55,7 +55,8 @@ dvec2 bernstein(const TrimPiece& c, double t) {
 Polyline dense(const TrimLoop& loop, int samples) {
   Polyline line;
   for (const TrimPiece& piece : loop)
-    for (int i = 0; i <= samples; ++i) line.points.push_back(bernstein(piece, static_cast<double>(i) / samples));
+    for (int i = 0; i <= samples; ++i)
+      line.points.push_back(bernstein(piece, static_cast<double>(i) / samples));
   return line;
 }
 
@@ -110,7 +111,8 @@ TEST(TrimIndex, RandomRationalCurvesOfAnyDegree) {
     for (int p = 0; p < pieces; ++p) {
       TrimPiece piece{dvec3(last, 1.0)};
       for (int i = 1; i < degree; ++i)
-        piece.push_back((round % 2 ? weight(rng) : 1.0) * dvec3(random_point(rng, dvec2(0.0), dvec2(1.0)), 1.0));
+        piece.push_back((round % 2 ? weight(rng) : 1.0) *
+                        dvec3(random_point(rng, dvec2(0.0), dvec2(1.0)), 1.0));
       last = p + 1 == pieces && round % 3 ? first : random_point(rng, dvec2(0.0), dvec2(1.0));
       piece.push_back(dvec3(last, 1.0));
       loop.push_back(piece);
@@ -134,7 +136,8 @@ TEST(TrimIndex, EveryPointOfAPartitionBelongsToOneTile) {
     for (int j = 0; j <= kSide; ++j) {
       corner[i][j] = dvec2(i, j);
       // Half of the rows keep their horizontal edges.
-      if (i > 0 && i < kSide && j > 0 && j < kSide && j % 2) corner[i][j] += random_point(rng, dvec2(-0.3), dvec2(0.3));
+      if (i > 0 && i < kSide && j > 0 && j < kSide && j % 2)
+        corner[i][j] += random_point(rng, dvec2(-0.3), dvec2(0.3));
     }
   NurbsStore store;
   for (int i = 0; i < kSide; ++i)
@@ -154,7 +157,7 @@ TEST(TrimIndex, EveryPointOfAPartitionBelongsToOneTile) {
       EXPECT_EQ(owners(corner[i][j]), 1) << i << " " << j;
       for (double s : {0.25, 0.5, 0.75}) {
         if (j % 2 == 0) {
-          EXPECT_EQ(owners(dvec2(i + s, j)), 1);   // on a horizontal edge
+          EXPECT_EQ(owners(dvec2(i + s, j)), 1);  // on a horizontal edge
         }
         // At the height of a corner, anywhere.
         EXPECT_EQ(owners(dvec2(kSide * s, corner[i][j].y)), 1);
@@ -170,7 +173,8 @@ TEST(TrimIndex, CurvedNeighboursShareEveryPoint) {
   const auto line = [](dvec2 a, dvec2 b) { return TrimPiece{dvec3(a, 1), dvec3(b, 1)}; };
   for (int round = 0; round < 40; ++round) {
     TrimPiece wave{dvec3(0.5, 0, 1)};
-    for (int i = 0; i < 3; ++i) wave.push_back((1.0 + round % 3) * dvec3(random_point(rng, dvec2(0.1, 0.2), dvec2(0.9, 0.8)), 1));
+    for (int i = 0; i < 3; ++i)
+      wave.push_back((1.0 + round % 3) * dvec3(random_point(rng, dvec2(0.1, 0.2), dvec2(0.9, 0.8)), 1));
     wave.push_back(dvec3(0.5, 1, 1));
     NurbsStore store;
     add_face(store, {{line({0, 0}, {0.5, 0}), wave, line({0.5, 1}, {0, 1}), line({0, 1}, {0, 0})}});
@@ -248,7 +252,7 @@ TEST(TrimIndex, RectanglesDomainsAndBadFaces) {
   NurbsStore store = one_face({polygon({{1, 2}, {3, 2}, {3, 5}, {1, 5}})});
   add_face(store, {polygon({{1, 2}, {3, 2}, {3, 5}, {1, 5}})});
   store.faces[0].iso_rectangle = true;
-  add_face(store, {});                                    // a whole sphere
+  add_face(store, {});  // a whole sphere
   store.faces[2].uv_box = {dvec2(0, -kPi / 2), dvec2(2 * kPi, kPi / 2)};
   Surface& sphere = store.surfaces[store.faces[2].surface];
   sphere.kind = SurfaceKind::kSphere, sphere.periodic_u = true, sphere.period_u = 2 * kPi;
@@ -332,7 +336,8 @@ TEST(TrimIndex, ManyPieces) {
     std::vector<dvec2> points;
     for (int i = 0; i < 3 * pieces; ++i) {
       const double a = 2 * kPi * i / (3 * pieces);
-      points.push_back((1.0 + 0.2 * std::sin(7 * a) + (i % 3 ? 0.3 / pieces : 0.0)) * dvec2(std::cos(a), std::sin(a)));
+      points.push_back((1.0 + 0.2 * std::sin(7 * a) + (i % 3 ? 0.3 / pieces : 0.0)) *
+                       dvec2(std::cos(a), std::sin(a)));
     }
     for (int i = 0; i < pieces; ++i) {
       TrimPiece piece;

@@ -26,7 +26,8 @@ struct RayMaker {
     for (const nurbs::Instance& instance : s.instances) {
       const Box3& b = s.prototypes[instance.prototype].bounds;
       for (int k = 0; k < 8 && !b.empty(); ++k)
-        box.add(instance.placement.point({k & 1 ? b.upper.x : b.lower.x, k & 2 ? b.upper.y : b.lower.y, k & 4 ? b.upper.z : b.lower.z}));
+        box.add(instance.placement.point(
+            {k & 1 ? b.upper.x : b.lower.x, k & 2 ? b.upper.y : b.lower.y, k & 4 ? b.upper.z : b.lower.z}));
     }
     diagonal = box.diagonal();
   }
@@ -53,7 +54,8 @@ struct RayMaker {
     const nurbs::Instance& placed = instance();
     const nurbs::Range edges = store.prototypes[placed.prototype].edges;
     if (edges.size() == 0) return random();
-    const reference::EdgePath path = reference::edge_path(store, edges.begin + static_cast<std::int32_t>(engine() % edges.size()));
+    const reference::EdgePath path =
+        reference::edge_path(store, edges.begin + static_cast<std::int32_t>(engine() % edges.size()));
     if (path.curves.empty()) return random();
     std::vector<dvec4> c = path.curves[engine() % path.curves.size()];
     const double x = engine() % 8 == 0 ? 0.0 : unit();
@@ -75,7 +77,8 @@ struct RayMaker {
     const double turn = 6.2831853 * unit();
     const dvec3 d = std::cos(turn) * glm::normalize(s.du) + std::sin(turn) * glm::normalize(s.dv);
     const double gap = diagonal * std::pow(10.0, -7.0 + 5.0 * unit()) * (engine() % 2 ? 1.0 : -1.0);
-    return through(placed.placement.point(s.p + gap * glm::normalize(n)), glm::normalize(placed.placement.vector(d)));
+    return through(placed.placement.point(s.p + gap * glm::normalize(n)),
+                   glm::normalize(placed.placement.vector(d)));
   }
 };
 
@@ -88,8 +91,8 @@ inline std::string difference(std::vector<trace::Hit> fast, std::vector<trace::H
     text += std::string("  ") + name + ":";
     char line[200];
     for (const trace::Hit& h : hits) {
-      std::snprintf(line, sizeof line, " [t %.12g face %d inst %d uv %.9g %.9g n %.3g %.3g %.3g]", h.t, h.face, h.instance, h.uv_face.x,
-                    h.uv_face.y, h.normal.x, h.normal.y, h.normal.z);
+      std::snprintf(line, sizeof line, " [t %.12g face %d inst %d uv %.9g %.9g n %.3g %.3g %.3g]", h.t,
+                    h.face, h.instance, h.uv_face.x, h.uv_face.y, h.normal.x, h.normal.y, h.normal.z);
       text += line;
     }
     text += "\n";
@@ -99,7 +102,9 @@ inline std::string difference(std::vector<trace::Hit> fast, std::vector<trace::H
   for (const trace::Hit& f : fast) {
     bool found = false;
     for (std::size_t k = 0; k < slow.size() && !found; ++k) {
-      if (used[k] || slow[k].face != f.face || slow[k].instance != f.instance || !(std::abs(slow[k].t - f.t) <= same)) continue;
+      if (used[k] || slow[k].face != f.face || slow[k].instance != f.instance ||
+          !(std::abs(slow[k].t - f.t) <= same))
+        continue;
       used[k] = 1, found = true;
     }
     equal = equal && found;

@@ -65,11 +65,15 @@ INSTANTIATE_TEST_SUITE_P(Streams, AgreementOnStreams,
 
 // A leaf of a plain rectangle far from square: its corners were once given up.
 TEST(Agreement, reachesTheCornersOfAnOffsetPlane) {
-  const nurbs::FaceSpec spec{nurbs::as_offset(nurbs::make_bezier(1, 1, {{0, 0, 0, 1}, {0, 1, 0, 1}, {9, 0, 0, 1}, {9, 1, 0, 1}}), 2.0),
-                             {{0.0, 0.0}, {1.0, 1.0}}};
-  const auto store = std::make_shared<const nurbs::NurbsStore>(nurbs::make_store(std::span<const nurbs::FaceSpec>(&spec, 1)));
+  const nurbs::FaceSpec spec{
+      nurbs::as_offset(nurbs::make_bezier(1, 1, {{0, 0, 0, 1}, {0, 1, 0, 1}, {9, 0, 0, 1}, {9, 1, 0, 1}}),
+                       2.0),
+      {{0.0, 0.0}, {1.0, 1.0}}};
+  const auto store = std::make_shared<const nurbs::NurbsStore>(
+      nurbs::make_store(std::span<const nurbs::FaceSpec>(&spec, 1)));
   const trace::Scene scene(store);
-  for (const dvec2 p : {dvec2(1e-5, 1e-5), dvec2(9 - 1e-5, 1e-5), dvec2(1e-5, 1 - 1e-5), dvec2(9 - 1e-5, 1 - 1e-5)}) {
+  for (const dvec2 p :
+       {dvec2(1e-5, 1e-5), dvec2(9 - 1e-5, 1e-5), dvec2(1e-5, 1 - 1e-5), dvec2(9 - 1e-5, 1 - 1e-5)}) {
     std::vector<Hit> fast, slow;
     const Ray ray{{p, 7.0}, {0, 0, -1}};
     scene.cast_all(ray, fast);
@@ -91,7 +95,9 @@ TEST(Agreement, holdsWhereABoxBeginsARoundingBeforeAKnot) {
   nurbs::respan_surface(form, {{lower, -10.0}, {1.5, 10.0}});
   EXPECT_GT(form.knots_u[3], 0.0);
   const nurbs::FaceSpec spec{form, {{lower, -5.0}, {1.4, 9.0}}};
-  expect_agreement(std::make_shared<const nurbs::NurbsStore>(nurbs::make_store(std::span<const nurbs::FaceSpec>(&spec, 1))), 100);
+  expect_agreement(std::make_shared<const nurbs::NurbsStore>(
+                       nurbs::make_store(std::span<const nurbs::FaceSpec>(&spec, 1))),
+                   100);
 }
 
 }  // namespace

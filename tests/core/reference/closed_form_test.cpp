@@ -40,14 +40,17 @@ struct Shape {
 const Box2 kTurnBy(double v0, double v1) { return {{0.0, v0}, {2 * kPi, v1}}; }
 
 const Shape kShapes[] = {
-    {"sphere", [](const Frame3& f) { return nurbs::make_sphere(f, 10.0); }, kTurnBy(-kPi / 2, kPi / 2), -11, 11,
+    {"sphere", [](const Frame3& f) { return nurbs::make_sphere(f, 10.0); }, kTurnBy(-kPi / 2, kPi / 2), -11,
+     11,
      [](const Polynomial& x, const Polynomial& y, const Polynomial& z) {
        return add(add(x * x, y * y), add(z * z, {100.0L}, -1));
      }},
     {"cylinder", [](const Frame3& f) { return nurbs::make_cylinder(f, 8.0); }, kTurnBy(-5, 9), -5, 9,
-     [](const Polynomial& x, const Polynomial& y, const Polynomial&) { return add(add(x * x, y * y), {64.0L}, -1); }},
-    {"cone", [](const Frame3& f) { return nurbs::make_cone(f, 4.0, 0.5); }, kTurnBy(-5, 9), -5 * std::cos(0.5),
-     9 * std::cos(0.5),
+     [](const Polynomial& x, const Polynomial& y, const Polynomial&) {
+       return add(add(x * x, y * y), {64.0L}, -1);
+     }},
+    {"cone", [](const Frame3& f) { return nurbs::make_cone(f, 4.0, 0.5); }, kTurnBy(-5, 9),
+     -5 * std::cos(0.5), 9 * std::cos(0.5),
      [](const Polynomial& x, const Polynomial& y, const Polynomial& z) {
        const Polynomial r = add({4.0L}, z, std::tan(0.5L));
        return add(add(x * x, y * y), r * r, -1);
@@ -62,7 +65,8 @@ const Shape kShapes[] = {
 // The roots of the implicit function on the part of the shape that the face covers.
 std::vector<long double> truth(const Shape& shape, const Frame3& f, const Ray& ray) {
   using Vec = glm::vec<3, long double>;
-  const Vec z = glm::normalize(Vec(f.z_axis)), x = glm::normalize(Vec(f.x_axis) - glm::dot(Vec(f.x_axis), z) * z), y = glm::cross(z, x);
+  const Vec z = glm::normalize(Vec(f.z_axis)),
+            x = glm::normalize(Vec(f.x_axis) - glm::dot(Vec(f.x_axis), z) * z), y = glm::cross(z, x);
   const Vec o = Vec(ray.org) - Vec(f.location), d(ray.dir);
   const long double unit = glm::length(d);
   const long double shift = -glm::dot(o, d) / unit / unit;  // roots about the nearest point keep their digits
@@ -78,7 +82,8 @@ std::vector<long double> truth(const Shape& shape, const Frame3& f, const Ray& r
 
 Frame3 frame(int k) {
   if (k == 0) return {};
-  return {k == 1 ? dvec3(3, -2, 1) : dvec3(7e4, -6e4, 4e4), glm::normalize(dvec3(1, 2, -1)), glm::normalize(dvec3(2, -0.3, 1))};
+  return {k == 1 ? dvec3(3, -2, 1) : dvec3(7e4, -6e4, 4e4), glm::normalize(dvec3(1, 2, -1)),
+          glm::normalize(dvec3(2, -0.3, 1))};
 }
 
 nurbs::NurbsStore store_of(const Shape& shape, const Frame3& f, bool plain) {
@@ -87,7 +92,8 @@ nurbs::NurbsStore store_of(const Shape& shape, const Frame3& f, bool plain) {
   return nurbs::make_store(std::span<const FaceSpec>(&spec, 1));
 }
 
-void expect_truth(const Shape& shape, const Frame3& f, const nurbs::NurbsStore& store, const Ray& ray, double accuracy) {
+void expect_truth(const Shape& shape, const Frame3& f, const nurbs::NurbsStore& store, const Ray& ray,
+                  double accuracy) {
   std::vector<Hit> hits;
   reference::cast_all(store, ray, hits);
   const std::vector<long double> expected = truth(shape, f, ray);
@@ -133,7 +139,8 @@ TEST_P(ClosedForm, tellsGrazingRaysApart) {
     const nurbs::SurfacePoint s = nurbs::evaluate(store, store.surfaces[0], uv);
     const dvec3 n = glm::normalize(glm::cross(s.du, s.dv));
     const double turn = random.in(0, 6.3);
-    const dvec3 d = glm::normalize(std::cos(turn) * glm::normalize(s.du) + std::sin(turn) * glm::normalize(s.dv));
+    const dvec3 d =
+        glm::normalize(std::cos(turn) * glm::normalize(s.du) + std::sin(turn) * glm::normalize(s.dv));
     const double gap = std::pow(10.0, random.in(-6, -2)) * (k % 2 ? 1 : -1);
     const Ray ray{s.p + gap * n - 30.0 * d, d};
     two += truth(shape, f, ray).size() >= 2;
@@ -163,7 +170,8 @@ TEST(Sphere, isHitTwiceThroughPolesAndSeam) {
         const Ray ray{p - 50.0 * d, d};
         std::vector<Hit> hits;
         reference::cast_all(store, ray, hits);
-        ASSERT_EQ(hits.size(), 2u) << "v = " << v << " natural " << natural << " place " << place << " k " << k;
+        ASSERT_EQ(hits.size(), 2u) << "v = " << v << " natural " << natural << " place " << place << " k "
+                                   << k;
         const std::vector<long double> expected = truth(kShapes[0], f, ray);
         for (int i = 0; i < 2; ++i) EXPECT_NEAR(hits[i].t, double(expected[i]), place == 2 ? 1e-8 : 1e-9);
       }
@@ -175,7 +183,9 @@ TEST(Plane, givesTheFoot) {
   const nurbs::NurbsStore store = nurbs::make_store(std::span<const FaceSpec>(&spec, 1));
   const dvec3 d = glm::normalize(dvec3(0.3, -0.2, -1));
   Hit hit;
-  const Ray rays[] = {{dvec3(1, 1, 5) - 7.0 * d, d}, {dvec3(1, 1, 5) - 7.0 * d, 2.0 * d}, {dvec3(4.1, 1, 5) - 7.0 * d, d},
+  const Ray rays[] = {{dvec3(1, 1, 5) - 7.0 * d, d},
+                      {dvec3(1, 1, 5) - 7.0 * d, 2.0 * d},
+                      {dvec3(4.1, 1, 5) - 7.0 * d, d},
                       {dvec3(0, 0, 5), dvec3(1, 0, 0)}};
   reference::cast(store, {rays, 1}, {&hit, 1});
   EXPECT_NEAR(hit.t, 7.0, 1e-14);
@@ -193,7 +203,8 @@ TEST(Plane, givesTheFoot) {
 TEST(Offset, ofSphereAndTorusIsAnotherOne) {
   Random random;
   for (double offset : {2.5, -1.0}) {
-    FaceSpec spec{nurbs::as_offset(nurbs::make_sphere({}, 10.0), offset), {{0.0, -kPi / 2}, {2 * kPi, kPi / 2}}};
+    FaceSpec spec{nurbs::as_offset(nurbs::make_sphere({}, 10.0), offset),
+                  {{0.0, -kPi / 2}, {2 * kPi, kPi / 2}}};
     spec.natural = true;
     const nurbs::NurbsStore store = nurbs::make_store(std::span<const FaceSpec>(&spec, 1));
     const long double r = 10.0L + offset;
@@ -205,7 +216,8 @@ TEST(Offset, ofSphereAndTorusIsAnotherOne) {
     std::vector<Hit> first(rays.size()), all;
     reference::cast(store, rays, first);
     for (std::size_t k = 0; k < rays.size(); ++k) {
-      const long double b = glm::dot(rays[k].org, rays[k].dir), c = glm::dot(rays[k].org, rays[k].org) - r * r;
+      const long double b = glm::dot(rays[k].org, rays[k].dir),
+                        c = glm::dot(rays[k].org, rays[k].org) - r * r;
       EXPECT_NEAR(first[k].t, double(-b - std::sqrt(b * b - c)), 1e-11);
       if (k % 10 != 0) continue;
       reference::cast_all(store, rays[k], all);

@@ -26,7 +26,8 @@ struct Builder {
     store.vertices.push_back({p, 0.0});
     return count(store.vertices) - 1;
   }
-  std::int32_t edge(std::int32_t v0, std::int32_t v1, const std::vector<std::vector<dvec4>>& pieces, double band) {
+  std::int32_t edge(std::int32_t v0, std::int32_t v1, const std::vector<std::vector<dvec4>>& pieces,
+                    double band) {
     Edge e;
     e.vertex[0] = v0, e.vertex[1] = v1, e.band = band;
     e.pieces.begin = count(store.edge_pieces);
@@ -70,7 +71,8 @@ struct Builder {
     }
     store.shells.push_back({0, {0, count(store.faces)}, true});
     nurbs::Prototype p;
-    p.faces = {0, count(store.faces)}, p.edges = {0, count(store.edges)}, p.vertices = {0, count(store.vertices)};
+    p.faces = {0, count(store.faces)}, p.edges = {0, count(store.edges)},
+    p.vertices = {0, count(store.vertices)};
     p.shells = {0, 1}, p.bounds = bounds;
     store.prototypes.push_back(p);
     store.instances.push_back({});
@@ -81,7 +83,9 @@ struct Builder {
   }
 };
 
-dvec3 point_of(int corner, double size) { return size * dvec3(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1); }
+dvec3 point_of(int corner, double size) {
+  return size * dvec3(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
+}
 
 // A cube of side 10 on the origin. Faces alternate between forward and reversed surfaces; the loops run the
 // way that composed or plain orientations give. p-curves miss the edges by up to `error` mm.
@@ -135,8 +139,8 @@ dvec3 random_direction(std::mt19937_64& engine) {
   return glm::normalize(dvec3(normal(engine), normal(engine), normal(engine)));
 }
 
-// Both conventions for the loops of reversed faces, exact and sloppy p-curves: rays aimed at edges and vertices
-// at offsets of 1e-9 ... 1e-2 mm enter and leave alternately.
+// Both conventions for the loops of reversed faces, exact and sloppy p-curves: rays aimed at edges and
+// vertices at offsets of 1e-9 ... 1e-2 mm enter and leave alternately.
 TEST(EdgeRule, keepsParityEvenOnASloppyCube) {
   for (bool composed : {false, true})
     for (double error : {0.0, 1e-3}) {
@@ -149,7 +153,8 @@ TEST(EdgeRule, keepsParityEvenOnASloppyCube) {
         const double along = k % 5 == 0 ? 0.0 : unit(engine);
         const dvec3 d = random_direction(engine);
         const double offset = k % 7 == 0 ? 0.0 : std::pow(10.0, -9.0 + 7.0 * unit(engine));
-        const dvec3 aim = glm::mix(point_of(a, 10.0), point_of(c, 10.0), along) + offset * random_direction(engine);
+        const dvec3 aim =
+            glm::mix(point_of(a, 10.0), point_of(c, 10.0), along) + offset * random_direction(engine);
         std::vector<Hit> hits;
         reference::cast_all(store, {aim - 40.0 * d, d}, hits);
         ASSERT_EQ(hits.size() % 2, 0u) << "composed " << composed << " error " << error << " ray " << k;
@@ -195,7 +200,8 @@ TEST(Trim, holesAreOpen) {
     for (const dvec2& p : points) b.vertex(dvec3(p, 0.0));
     for (int k = 0; k < n; ++k) {
       const int next = (k + 1) % n;
-      const std::int32_t e = b.edge(first + k, first + next, {{dvec4(points[k], 0, 1), dvec4(points[next], 0, 1)}}, 1e-6);
+      const std::int32_t e =
+          b.edge(first + k, first + next, {{dvec4(points[k], 0, 1), dvec4(points[next], 0, 1)}}, 1e-6);
       b.use(e, false, {dvec3(points[k], 1.0), dvec3(points[next], 1.0)});
     }
   };

@@ -24,9 +24,11 @@ TEST(EdgeRule, ARayThroughAGapHitsOneFace) {
       if (std::abs(dir.z) < 1e-2) continue;
       const Ray ray = line_through(target, dir);
       int plain = 0;
-      for (int f = 0; f < 2; ++f) plain += solid.trims.inside(f, closed_form_roots(solid.store, f, ray)[0].uv_face);
+      for (int f = 0; f < 2; ++f)
+        plain += solid.trims.inside(f, closed_form_roots(solid.store, f, ray)[0].uv_face);
       plain_misses += plain == 0, plain_doubles += plain == 2;
-      // The second face of a polyhedron is stored reversed, so its outward normal is (0, 0, 1) like the first's.
+      // The second face of a polyhedron is stored reversed, so its outward normal is (0, 0, 1) like the
+      // first's.
       const Solid::Outcome out = solid.cast(ray);
       ASSERT_EQ(out.hits.size(), 1u);
       EXPECT_EQ(out.hits[0].sign, dir.z > 0 ? 1 : -1);
@@ -41,8 +43,8 @@ TEST(EdgeRule, ARayThroughAGapHitsOneFace) {
   EXPECT_GT(plain_doubles, 1000);
 }
 
-// A square with a curved hole, and the piece that fills the hole: a line meets one of the two, wherever it passes
-// the curve, whichever way the file runs the hole's loop and however rough both p-curves are.
+// A square with a curved hole, and the piece that fills the hole: a line meets one of the two, wherever it
+// passes the curve, whichever way the file runs the hole's loop and however rough both p-curves are.
 TEST(EdgeRule, CurvedPartitionIsHitOnce) {
   std::mt19937_64 rng(9);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -53,7 +55,8 @@ TEST(EdgeRule, CurvedPartitionIsHitOnce) {
     const bool rational = round % 2, wrong_way = round % 4 > 1;
     SolidMaker maker;
     maker.band = std::max(8.0 * noise, 1e-8);
-    for (const dvec3 p : {dvec3(-2, -2, 0), dvec3(2, -2, 0), dvec3(2, 2, 0), dvec3(-2, 2, 0)}) maker.vertex(p);
+    for (const dvec3 p : {dvec3(-2, -2, 0), dvec3(2, -2, 0), dvec3(2, 2, 0), dvec3(-2, 2, 0)})
+      maker.vertex(p);
     std::vector<std::int32_t> edges, rims;
     for (int i = 0; i < 4; ++i) edges.push_back(maker.edge(i, (i + 1) % 4));
     const auto ring = [&](int i) {
@@ -65,7 +68,8 @@ TEST(EdgeRule, CurvedPartitionIsHitOnce) {
     for (int i = 0; i < pieces; ++i) {
       const std::int32_t v0 = 4 + i, v1 = 4 + (i + 1) % pieces;
       std::vector<dvec4> c{dvec4(maker.store.vertices[v0].point, 1)};
-      for (int k = 1; k < degree; ++k) c.push_back((rational ? 1.5 + unit(rng) : 1.0) * dvec4(ring(i * degree + k), 1));
+      for (int k = 1; k < degree; ++k)
+        c.push_back((rational ? 1.5 + unit(rng) : 1.0) * dvec4(ring(i * degree + k), 1));
       c.push_back(dvec4(maker.store.vertices[v1].point, 1));
       curves.push_back(c);
       rims.push_back(maker.edge(v0, v1, {c}));
@@ -73,7 +77,8 @@ TEST(EdgeRule, CurvedPartitionIsHitOnce) {
     const auto rough = [&](std::vector<dvec4> c, bool reversed) {
       if (reversed) std::reverse(c.begin(), c.end());
       std::vector<dvec3> out;
-      for (const dvec4& h : c) out.push_back({h.x + noise * h.w * unit(rng), h.y + noise * h.w * unit(rng), h.w});
+      for (const dvec4& h : c)
+        out.push_back({h.x + noise * h.w * unit(rng), h.y + noise * h.w * unit(rng), h.w});
       return out;
     };
     const auto loop = [&](bool reversed) {
@@ -86,8 +91,11 @@ TEST(EdgeRule, CurvedPartitionIsHitOnce) {
     };
     std::vector<SolidMaker::Use> outer;
     for (int i = 0; i < 4; ++i)
-      outer.push_back({edges[i], false,
-                       {rough({dvec4(maker.store.vertices[i].point, 1), dvec4(maker.store.vertices[(i + 1) % 4].point, 1)}, false)}});
+      outer.push_back({edges[i],
+                       false,
+                       {rough({dvec4(maker.store.vertices[i].point, 1),
+                               dvec4(maker.store.vertices[(i + 1) % 4].point, 1)},
+                              false)}});
     maker.face(nurbs::make_plane({}), false, {outer, loop(!wrong_way)});
     maker.face(nurbs::make_plane({}), false, {loop(wrong_way)});
     const Solid solid(maker.finish());
@@ -99,7 +107,8 @@ TEST(EdgeRule, CurvedPartitionIsHitOnce) {
       if (std::abs(dir.z) < 0.02) continue;
       const Ray ray = line_through(target, dir);
       std::size_t uv_only = 0;
-      for (int f = 0; f < 2; ++f) uv_only += solid.trims.inside(f, closed_form_roots(solid.store, f, ray)[0].uv_face);
+      for (int f = 0; f < 2; ++f)
+        uv_only += solid.trims.inside(f, closed_form_roots(solid.store, f, ray)[0].uv_face);
       ++plain[uv_only];
       const Solid::Outcome out = solid.cast(ray);
       ASSERT_EQ(out.hits.size(), 1u) << round << " " << i;
@@ -134,10 +143,16 @@ TEST(EdgeRule, Cost) {
     for (int k = 0; k < repeat; ++k)
       for (const Ray& ray : rays) sum += call(ray);
     const double ns = 1e9 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-    std::printf("%-16s %7.1f ns (%lld)\n", what, ns / (repeat * static_cast<double>(rays.size())), static_cast<long long>(sum));
+    std::printf("%-16s %7.1f ns (%lld)\n", what, ns / (repeat * static_cast<double>(rays.size())),
+                static_cast<long long>(sum));
     return sum;
   };
-  EXPECT_EQ(time("near_edges, miss", 5, [&](const Ray& r) { rule.near_edges(r, near); return 0; }), 0);
+  EXPECT_EQ(time("near_edges, miss", 5,
+                 [&](const Ray& r) {
+                   rule.near_edges(r, near);
+                   return 0;
+                 }),
+            0);
   time("may_be_near", 5, [&](const Ray& r) { return static_cast<int>(rule.may_be_near(r)); });
   const auto sum = time("winding", 5, [&](const Ray& r) { return rule.winding(r, 17); });
   EXPECT_EQ(time("winding again", 5, [&](const Ray& r) { return rule.winding(r, 17); }), sum);

@@ -1,4 +1,5 @@
-// A solid of planes, cylinders, cones and spheres, cast with the trim loops and the edge rule as the tracer does it.
+// A solid of planes, cylinders, cones and spheres, cast with the trim loops and the edge rule as the tracer
+// does it.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +41,8 @@ struct Solid {
   EdgeRule rule;
 
   struct Outcome {
-    std::vector<Root> hits;      // sorted by t
-    int sum = 0, changed = 0;    // of signs; faces that the rule looked at
+    std::vector<Root> hits;    // sorted by t
+    int sum = 0, changed = 0;  // of signs; faces that the rule looked at
   };
   Outcome cast(const Ray& ray) const {
     Outcome out;
@@ -84,7 +85,8 @@ inline void expect_even(const Solid& solid, int rays, std::uint64_t seed, const 
     const nurbs::Edge& edge = solid.store.edges[rng() % solid.store.edges.size()];
     dvec3 target = solid.store.vertices[edge.vertex[rng() % 2]].point;
     if (i % 3 && edge.pieces.size() > 0) {
-      const nurbs::CurvePiece& piece = solid.store.edge_pieces[edge.pieces.begin + rng() % edge.pieces.size()];
+      const nurbs::CurvePiece& piece =
+          solid.store.edge_pieces[edge.pieces.begin + rng() % edge.pieces.size()];
       const std::span<const dvec4> ctrl_h(&solid.store.edge_ctrl_h[piece.ctrl.begin],
                                           static_cast<std::size_t>(piece.ctrl.size()));
       const dvec4 h = nurbs::evaluate_bezier<dvec4>(ctrl_h, i % 5 ? unit(rng) : 0.5);
@@ -102,13 +104,16 @@ inline void expect_even(const Solid& solid, int rays, std::uint64_t seed, const 
     // Through a vertex to the last bit, three of its faces may be met at one point, in and out and in.
     std::vector<Root> apart;
     for (const Root& r : out.hits) {
-      if (!apart.empty() && apart.back().sign != r.sign && r.t - apart.back().t < 1e-12 * std::abs(r.t)) apart.pop_back();
-      else apart.push_back(r);
+      if (!apart.empty() && apart.back().sign != r.sign && r.t - apart.back().t < 1e-12 * std::abs(r.t))
+        apart.pop_back();
+      else
+        apart.push_back(r);
     }
     ++counts[apart.size()];
     for (std::size_t k = 0; k + 1 < apart.size(); k += 2) EXPECT_NE(apart[k].sign, apart[k + 1].sign);
   }
-  for (const auto& [count, times] : counts) EXPECT_TRUE(hits.count(count)) << count << " hits, " << times << " times";
+  for (const auto& [count, times] : counts)
+    EXPECT_TRUE(hits.count(count)) << count << " hits, " << times << " times";
 }
 
 }  // namespace trimray::trace

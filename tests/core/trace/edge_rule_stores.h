@@ -31,8 +31,10 @@ class SolidMaker {
   }
 
   // Homogeneous control points of each piece; none: a straight piece from vertex to vertex.
-  std::int32_t edge(std::int32_t v0, std::int32_t v1, std::vector<std::vector<dvec4>> pieces = {}, double t1 = 1.0) {
-    if (pieces.empty()) pieces = {{dvec4(store.vertices[v0].point, 1.0), dvec4(store.vertices[v1].point, 1.0)}};
+  std::int32_t edge(std::int32_t v0, std::int32_t v1, std::vector<std::vector<dvec4>> pieces = {},
+                    double t1 = 1.0) {
+    if (pieces.empty())
+      pieces = {{dvec4(store.vertices[v0].point, 1.0), dvec4(store.vertices[v1].point, 1.0)}};
     nurbs::Edge e;
     e.vertex[0] = v0, e.vertex[1] = v1, e.band = band;
     e.pieces.begin = size_of(store.edge_pieces);
@@ -53,7 +55,8 @@ class SolidMaker {
     std::vector<std::vector<dvec3>> pieces;  // in the loop's direction
   };
 
-  std::int32_t face(const nurbs::SurfaceForm& form, bool reversed, const std::vector<std::vector<Use>>& loops) {
+  std::int32_t face(const nurbs::SurfaceForm& form, bool reversed,
+                    const std::vector<std::vector<Use>>& loops) {
     nurbs::Face f;
     f.surface = nurbs::append_surface(store, form);
     f.prototype = 0, f.shell = 0, f.reversed = reversed;
@@ -107,10 +110,11 @@ class SolidMaker {
   }
 };
 
-// A polyhedron: each face's vertices counterclockwise from outside. Every p-curve end is moved by up to `noise`
-// in any direction; every second face is stored reversed, with its surface's normal inwards.
-inline nurbs::NurbsStore polyhedron(const std::vector<dvec3>& points, const std::vector<std::vector<int>>& faces,
-                                    double noise, std::mt19937_64& rng) {
+// A polyhedron: each face's vertices counterclockwise from outside. Every p-curve end is moved by up to
+// `noise` in any direction; every second face is stored reversed, with its surface's normal inwards.
+inline nurbs::NurbsStore polyhedron(const std::vector<dvec3>& points,
+                                    const std::vector<std::vector<int>>& faces, double noise,
+                                    std::mt19937_64& rng) {
   SolidMaker maker;
   maker.band = std::max(4.0 * noise, 1e-8);
   std::uniform_real_distribution<double> off(-noise, noise);
@@ -124,7 +128,8 @@ inline nurbs::NurbsStore polyhedron(const std::vector<dvec3>& points, const std:
     const nurbs::SurfaceForm plane = nurbs::make_plane({a, b - a, normal});
     const auto uv = [&](int v) {
       const dvec3 d = points[v] - plane.surface.location;
-      return dvec3(glm::dot(d, plane.surface.x_axis) + off(rng), glm::dot(d, plane.surface.y_axis) + off(rng), 1.0);
+      return dvec3(glm::dot(d, plane.surface.x_axis) + off(rng), glm::dot(d, plane.surface.y_axis) + off(rng),
+                   1.0);
     };
     std::vector<SolidMaker::Use> loop;
     for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -145,7 +150,9 @@ inline nurbs::NurbsStore box_solid(dvec3 lower, dvec3 upper, double noise, std::
   std::vector<dvec3> points;
   for (int i = 0; i < 8; ++i)
     points.push_back({i & 1 ? upper.x : lower.x, i & 2 ? upper.y : lower.y, i & 4 ? upper.z : lower.z});
-  return polyhedron(points, {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}, noise, rng);
+  return polyhedron(points,
+                    {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}},
+                    noise, rng);
 }
 
 // A circle of radius r at height z, from (r, 0, z), as four rational quadratics; scaled, for p-curves too.
@@ -154,7 +161,8 @@ inline std::vector<std::vector<dvec4>> circle_pieces(double r, double z) {
   const dvec2 c[9] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
   std::vector<std::vector<dvec4>> pieces;
   for (int q = 0; q < 4; ++q)
-    pieces.push_back({dvec4(r * c[2 * q].x, r * c[2 * q].y, z, 1), h * dvec4(r * c[2 * q + 1].x, r * c[2 * q + 1].y, z, 1),
+    pieces.push_back({dvec4(r * c[2 * q].x, r * c[2 * q].y, z, 1),
+                      h * dvec4(r * c[2 * q + 1].x, r * c[2 * q + 1].y, z, 1),
                       dvec4(r * c[2 * q + 2].x, r * c[2 * q + 2].y, z, 1)});
   return pieces;
 }
@@ -169,7 +177,9 @@ inline nurbs::NurbsStore capped_cylinder(double radius, double height, double ga
   const std::int32_t bottom = maker.edge(v0, v0, circle_pieces(radius, 0), kTurn);
   const std::int32_t top = maker.edge(v1, v1, circle_pieces(radius, height), kTurn);
   const std::int32_t seam = maker.edge(v0, v1);
-  const auto line = [](dvec2 a, dvec2 b) { return std::vector<std::vector<dvec3>>{{dvec3(a, 1), dvec3(b, 1)}}; };
+  const auto line = [](dvec2 a, dvec2 b) {
+    return std::vector<std::vector<dvec3>>{{dvec3(a, 1), dvec3(b, 1)}};
+  };
   const double u0 = gap / radius, u1 = kTurn - gap / radius, z0 = gap, z1 = height - gap;
   maker.face(nurbs::make_cylinder({}, radius), false,
              {{{bottom, false, line({u0, z0}, {u1, z0})},
@@ -190,7 +200,8 @@ inline nurbs::NurbsStore capped_cylinder(double radius, double height, double ga
 }
 
 // All crossings of the line with the whole plane, cylinder, cone or sphere of a face.
-inline std::vector<Root> closed_form_roots(const nurbs::NurbsStore& store, std::int32_t face, const Ray& ray) {
+inline std::vector<Root> closed_form_roots(const nurbs::NurbsStore& store, std::int32_t face,
+                                           const Ray& ray) {
   const nurbs::Face& f = store.faces[face];
   const nurbs::Surface& s = store.surfaces[f.surface];
   const dvec3 d = ray.org - s.location;

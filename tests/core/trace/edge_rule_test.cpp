@@ -31,7 +31,8 @@ TEST(EdgeRule, SlantedPolyhedraAreEven) {
     std::vector<dvec3> tetra{{0, 0, 0}, {2, 0.1, 0}, {0.3, 2, 0.2}, {0.5, 0.4, 1.7}};
     for (dvec3& p : tetra) p += 0.2 * random_direction(rng) + (round > 1 ? dvec3(1e4, -3e4, 2e4) : dvec3(0));
     // Far from the origin the coordinates themselves carry 1e-11, so the band must cover it.
-    const Solid solid(polyhedron(tetra, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, round % 2 ? 1e-3 : 1e-9, rng));
+    const Solid solid(
+        polyhedron(tetra, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, round % 2 ? 1e-3 : 1e-9, rng));
     expect_even(solid, 15000, 10 + round, {0, 2});
   }
 }
@@ -72,20 +73,22 @@ TEST(EdgeRule, WindingCountsSignedHits) {
   }
 }
 
-// Spheres: a point projects into the spherical rectangle's boundary as often as signed roots lie on the patch.
+// Spheres: a point projects into the spherical rectangle's boundary as often as signed roots lie on the
+// patch.
 TEST(EdgeRule, WindingOfSpherePatchesWithSeamsAndPoles) {
   std::mt19937_64 rng(6);
-  const Box2 boxes[] = {{dvec2(0, -kPi / 2), dvec2(2 * kPi, kPi / 2)},   // all of it
-                        {dvec2(0, 0.4), dvec2(2 * kPi, kPi / 2)},        // a cap with pole and seam
-                        {dvec2(0, -0.5), dvec2(2 * kPi, 0.8)},           // a band with a seam
-                        {dvec2(0.5, -kPi / 2), dvec2(2.5, kPi / 2)},     // from pole to pole
+  const Box2 boxes[] = {{dvec2(0, -kPi / 2), dvec2(2 * kPi, kPi / 2)},  // all of it
+                        {dvec2(0, 0.4), dvec2(2 * kPi, kPi / 2)},       // a cap with pole and seam
+                        {dvec2(0, -0.5), dvec2(2 * kPi, 0.8)},          // a band with a seam
+                        {dvec2(0.5, -kPi / 2), dvec2(2.5, kPi / 2)},    // from pole to pole
                         {dvec2(-0.4, -0.3), dvec2(0.9, 1.2)}};
   for (const Box2& box : boxes) {
     const nurbs::FaceSpec spec{nurbs::make_sphere({}, 2.0), box};
     const nurbs::NurbsStore store = nurbs::make_store(std::span(&spec, 1));
     const EdgeRule rule(store, 0);
     for (int i = 0; i < 20000; ++i) {
-      const Ray ray = line_through(1.9 * std::cbrt((i % 100) / 100.0) * random_direction(rng), random_direction(rng));
+      const Ray ray =
+          line_through(1.9 * std::cbrt((i % 100) / 100.0) * random_direction(rng), random_direction(rng));
       std::vector<NearEdge> near;
       rule.near_edges(ray, near);
       if (!near.empty()) continue;
@@ -156,10 +159,12 @@ TEST(EdgeRule, NearEdgesKeepsToTheRaysRange) {
 // A hit that no root can give: it stands on the edge, with the surface's own uv and normal.
 TEST(EdgeRule, ResolvePutsAHitOnTheEdge) {
   const Solid solid(capped_cylinder(1.5, 4.0, 1e-3));
-  // Just outside the side's surface, within the cap's rim by the path's roundness: the side has no roots here.
+  // Just outside the side's surface, within the cap's rim by the path's roundness: the side has no roots
+  // here.
   for (const double a : {0.3, 2.0, 4.4}) {
     const dvec3 rim(1.5 * std::cos(a), 1.5 * std::sin(a), 4.0), tangent(-std::sin(a), std::cos(a), 0.0);
-    const Ray ray = line_through(rim + 1e-4 * dvec3(std::cos(a), std::sin(a), 0), tangent + dvec3(0, 0, 1e-4));
+    const Ray ray =
+        line_through(rim + 1e-4 * dvec3(std::cos(a), std::sin(a), 0), tangent + dvec3(0, 0, 1e-4));
     std::vector<NearEdge> near;
     solid.rule.near_edges(ray, near);
     ASSERT_FALSE(near.empty());
@@ -170,7 +175,8 @@ TEST(EdgeRule, ResolvePutsAHitOnTheEdge) {
     for (const Root& r : roots) {
       sum += r.sign;
       EXPECT_TRUE(r.inside);
-      const nurbs::SurfacePoint s = nurbs::evaluate(solid.store, solid.store.surfaces[solid.store.faces[1].surface], r.uv_face);
+      const nurbs::SurfacePoint s =
+          nurbs::evaluate(solid.store, solid.store.surfaces[solid.store.faces[1].surface], r.uv_face);
       EXPECT_LT(glm::length(s.p - (ray.org + r.t * ray.dir)), 2.0 * solid.store.edges[1].band);
       EXPECT_NEAR(r.normal.z, 1.0, 1e-12);
     }

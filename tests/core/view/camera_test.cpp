@@ -28,7 +28,8 @@ void expect_vector(const dvec3& a, const dvec3& b) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-15);
 }
 
-constexpr UpAxis kAxes[6] = {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ};
+constexpr UpAxis kAxes[6] = {UpAxis::kX,      UpAxis::kY,      UpAxis::kZ,
+                             UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ};
 const dvec3 kAxisVectors[6] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
 
 TEST(Camera, NamedViewsWithZUpAreExact) {
@@ -71,7 +72,8 @@ TEST(Camera, FitPutsEveryPointWithinTheMarginAndTouchesItOnTwoSides) {
       double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
       for (const dvec3& p : corners) {
         const dvec2 q = project(c, p);
-        left = std::min(left, q.x), right = std::max(right, q.x), top = std::min(top, q.y), bottom = std::max(bottom, q.y);
+        left = std::min(left, q.x), right = std::max(right, q.x), top = std::min(top, q.y),
+        bottom = std::max(bottom, q.y);
         EXPECT_GT(glm::dot(p - c.eye, c.forward), 0.0);
       }
       EXPECT_GE(left, border - 1e-6);
