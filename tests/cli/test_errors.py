@@ -129,7 +129,11 @@ def test_internal_errors_are_70_and_one_line(
 def test_ctrl_c_ends_at_once_and_leaves_nothing(box_file: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "trimray.cli", "render", str(box_file), "-o", str(tmp_path / "a.png")]
     child = subprocess.Popen(
-        [*command, "--size", "2000", "--samples", "1024"], stderr=subprocess.PIPE, text=True
+        [*command, "--size", "2000", "--samples", "1024"],
+        stderr=subprocess.PIPE,
+        text=True,
+        # A test run in the background of a shell hands down an ignored SIGINT.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     time.sleep(4.0)
     assert child.poll() is None
