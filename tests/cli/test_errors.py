@@ -135,12 +135,15 @@ def test_ctrl_c_ends_at_once_and_leaves_nothing(box_file: Path, tmp_path: Path) 
         # A test run in the background of a shell hands down an ignored SIGINT.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
-    time.sleep(4.0)
-    assert child.poll() is None
-    child.send_signal(signal.SIGINT)
-    start = time.monotonic()
-    _, err = child.communicate(timeout=20)
-    assert time.monotonic() - start < 5
+    try:
+        time.sleep(4.0)
+        assert child.poll() is None
+        child.send_signal(signal.SIGINT)
+        start = time.monotonic()
+        _, err = child.communicate(timeout=20)
+        assert time.monotonic() - start < 5
+    finally:
+        child.kill()
     assert child.returncode == 130 and err.strip().splitlines()[-1] == "trimray: interrupted"
     assert os.listdir(tmp_path) == []
 
