@@ -14,6 +14,7 @@ from typing import Any
 
 from . import errors, wire
 from .model import BrepModel
+from .step_text import StepText
 
 Progress = Callable[[str, float | None], None]
 
@@ -164,12 +165,23 @@ class _Watch:
         if code == -signal.SIGKILL or (code < 0 and near_limit):
             return self._memory_error()
         name = self.request.name
+        if code == -signal.SIGALRM:
+            return errors.InputError(f"{name}: {self._not_a_number()}: OpenCascade does not end on it")
         if code < 0:
             text = f"{name}: OpenCascade crashed on it ({signal.Signals(-code).name} in stage '{self.stage}')"
             return errors.InputError(text)
         return errors.InputError(
             f"{name}: the reading process ended early (exit {code}, stage '{self.stage}')"
         )
+
+    def _not_a_number(self) -> str:
+        """Which record made the child set its alarm (read_step.py)."""
+        try:
+            record = StepText(Path(self.request.path).read_bytes()).not_a_number()
+        except OSError:
+            record = None
+        where = f"#{record.id} ({record.kind})" if record else "a record"
+        return f"{where} holds a coordinate that is not a number"
 
     def _model(self, header: dict[str, Any], blobs: list[bytes]) -> BrepModel:
         try:

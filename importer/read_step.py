@@ -1,6 +1,7 @@
 """STEP files: AP203, AP214, AP242, with the files they refer to."""
 
 import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ from .scene import Scene
 from .step_report import StepAudit
 from .step_text import StepText
 
+# Seconds for a file with coordinates that are not numbers.
+PATIENCE_WITH_NAN = 10
+
 
 def read_step(
     path: str, *, name: str, heal: str, precision: float | None, report: Report
@@ -28,6 +32,9 @@ def read_step(
         raise InputError(f"{name}: {broken}")
     if broken == "":
         report.add("", "file", "the closing END-ISO-10303-21 is missing", "warning")
+    if text.not_a_number():
+        # OpenCascade may compute with it for ever: an alarm ends this process, and the caller says why.
+        signal.alarm(PATIENCE_WITH_NAN)
     occt.set_precision(precision)
     reader = STEPCAFControl_Reader()
     reader.SetColorMode(True)
@@ -45,6 +52,7 @@ def read_step(
     occt.keep(reader, document)
     with report.stage("transfer"):
         reader.Transfer(document)
+    signal.alarm(0)
     with report.stage("extract"):
         scene, without_faces = xcaf.read_document(document)
         if without_faces:

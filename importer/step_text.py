@@ -17,6 +17,7 @@ _SURFACE = re.compile(
 )
 _SET = re.compile(rb"=\s*GEOMETRIC_(?:CURVE_)?SET\s*\(\s*'(?:[^']|'')*'\s*,\s*\(([^)]*)\)")
 _RECORD_START = re.compile(rb"#(\d+)\s*=")
+_RECORD_KIND = re.compile(rb"#(\d+)\s*=\s*([A-Z_0-9]+)\s*\(")
 _REFERENCE = re.compile(rb"#(\d+)")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'")
 _FILE_NAME = re.compile(rb"FILE_NAME\s*\((.*?)\)\s*;", re.DOTALL)
@@ -155,6 +156,24 @@ class StepText:
         if re.search(rb"ENDSEC\s*;[\s\0]*\Z", self.data[-_TAIL:]):
             return ""
         return f"truncated: it ends at byte {len(self.data)} in the middle of the DATA section"
+
+    def not_a_number(self) -> FaceText | None:
+        """The first record with NaN or infinity in a list of numbers."""
+        lower = self.data.lower()
+        for word in (b"nan", b"inf"):
+            position = lower.find(word)
+            while position >= 0:
+                end = lower.find(b"ity", position, position + 8)
+                stop = position + 3 if end < 0 else end + 3
+                behind = lower[stop : stop + 1]
+                before = lower[max(0, position - 1) : position]
+                if before and before in b"(,-+ " and behind and behind in b",) ":
+                    record = _RECORD_KIND.search(self.data, self.data.rfind(b";", 0, position) + 1)
+                    # A quote between the record's start and here: a word of a name, not a number.
+                    if record and self.data.count(b"'", record.start(), position) % 2 == 0:
+                        return FaceText(int(record[1]), record[2].decode())
+                position = lower.find(word, position + 3)
+        return None
 
     def grid_defect(self, number: int) -> str | None:
         """What is wrong with the control points or weights of a B-spline surface, or None."""

@@ -21,6 +21,7 @@ from trimray.importer import (
     read_model,
 )
 from trimray.importer.formats import sniff
+from trimray.importer.step_text import StepText
 
 # Seconds after which a hang of OpenCascade is taken for one.
 kPatience = 8.0
@@ -206,3 +207,26 @@ def test_sniffing():
     assert sniff(b"hello", "a.txt") == "unknown"
     assert sniff(b"\0\1\2\3", "a.step") == "unknown"
     assert sniff(b"") == "unknown"
+
+
+def test_a_coordinate_that_is_no_number_is_named_when_opencascade_does_not_end_on_it(tmp_path):
+    path = make.step_file(tmp_path / "box.step", make.box())
+    path.write_text(path.read_text().replace("(10.,", "(NaN,", 3))
+    with pytest.raises(InputError, match=r"#\d+ \(CARTESIAN_POINT\) holds a coordinate that is not a number"):
+        read_model(path)  # no limit of ours: the reading process sets its own alarm
+
+
+@pytest.mark.parametrize(
+    ("record", "found"),
+    [
+        (b"#7=CARTESIAN_POINT('',(0.,NaN,1.));", 7),
+        (b"#8 = DIRECTION('nan',(-inf,0.,1.));", 8),
+        (b"#9=CARTESIAN_POINT('a,nan,b',(0.,1.,2.));", None),
+        (b"#10=PRODUCT('nan','nancy','',(#1));", None),
+        (b"#11=CARTESIAN_POINT('',(0.,Infinity,1.));", 11),
+    ],
+)
+def test_numbers_that_are_none_are_told_from_words(record, found):
+    text = StepText(b"ISO-10303-21;DATA;#1=X('');" + record + b"ENDSEC;END-ISO-10303-21;")
+    defect = text.not_a_number()
+    assert (defect.id if defect else None) == found
