@@ -24,6 +24,20 @@ REAL = (
     "Open-Cascade-SAS+OCCT/hammer.iges",
     "derived/occt_Motor-c.step",
 )
+REAL_CLOSED = (
+    "BRL-CAD+brlcad/NIST_MBE_PMI_2.stp",
+    "stepcode+stepcode/as1-oc-214.stp",
+    "AngelLM+Thor/Art2BodyA.step",
+    "derived/occt_Motor-c.step",
+    "VoronDesign+Voron-0/Fysetc_5i_LCD.iges",
+)
+
+
+def _agree(result: reference.Result) -> None:
+    """No unexplained difference, and the explanations that lean on the file's own tolerance are rare."""
+    assert result.hits > 0
+    assert result.unexplained == []
+    assert result.knife_edge + result.band <= 0.005 * result.rays, result
 
 
 @pytest.mark.parametrize("scene", list(closed_forms.scenes()), ids=lambda s: s.name)
@@ -45,24 +59,18 @@ def test_closed_samples_are_crossed_an_even_number_of_times(file: Path) -> None:
 
 @pytest.mark.parametrize("file", SAMPLES, ids=lambda p: p.stem)
 def test_fast_and_reference_tracer_agree_on_samples(file: Path) -> None:
-    result = reference.check(trimray.load(file), 8)
-    assert result.hits > 0
-    assert result.unexplained == []
+    _agree(reference.check(trimray.load(file), 8))
 
 
 @pytest.mark.corpus
 @pytest.mark.parametrize("name", REAL)
 def test_fast_and_reference_tracer_agree_on_real_models(models_dir: Path, name: str) -> None:
-    model = trimray.load(models_dir / name)
-    result = reference.check(model, 4)
-    assert result.hits > 0
-    assert result.unexplained == []
+    _agree(reference.check(trimray.load(models_dir / name), 4))
 
 
 @pytest.mark.corpus
-@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize("name", REAL_CLOSED)
 def test_closed_real_models_are_crossed_an_even_number_of_times(models_dir: Path, name: str) -> None:
     result = parity.check(trimray.load(models_dir / name), 1)
-    if result.solids == 0:
-        pytest.skip("not all shells are closed")
+    assert result.rays > 0, "its shells are closed in the file"
     assert result.odd == 0, result
