@@ -5,7 +5,7 @@ from typing import Any
 from . import iges_text
 from .iges_text import Entity, IgesText
 from .report import Report, Severity, changes_shape
-from .step_report import checks
+from .transfer_checks import binders_of, checks, why_lost
 
 # Where the surface of a trimmed or bounded one stands among the parameters.
 _SURFACE_PARAMETER = {143: 1, 144: 0, 510: 0, 140: 4}
@@ -61,24 +61,15 @@ class IgesAudit:
 
     def _lost(self, wanted: list[Entity], arrived: int) -> None:
         """Names every face or loose surface without a result."""
-        process = self.reader.WS().TransferReader().TransientProcess()
-        binders = {}
-        if process is not None:
-            binders = {process.Mapped(i): process.MapItem(i) for i in range(1, process.NbMapped() + 1)}
+        binders = binders_of(self.reader.WS().TransferReader().TransientProcess())
         lost = 0
         for entity in wanted:
             number = (entity.number + 1) // 2
             item = self.model.Entity(number) if number <= self.model.NbEntities() else None
-            binder = binders.get(item)
-            if binder is not None and binder.HasResult():
+            reason = why_lost(binders.get(item), "not reached from any root entity")
+            if reason is None:
                 continue
             lost += 1
-            if binder is None:
-                reason = "not reached from any root entity"
-            else:
-                check = binder.Check()
-                fails = [str(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
-                reason = "; ".join(fails[:3]) or "OpenCascade made no face of it"
             self.report.add(f"D{entity.number}", f"entity {entity.type}", reason)
         missing = len(wanted) - arrived - lost
         if missing > 0:

@@ -1,31 +1,18 @@
 """Which entities of a STEP file did not arrive, and why."""
 
-from collections.abc import Iterator
 from typing import Any
 
-from OCP.Interface import Interface_CheckIterator
 from OCP.StepShape import StepShape_FaceSurface
 
 from .report import Report, Severity, changes_shape
 from .step_text import StepText
+from .transfer_checks import binders_of, checks, fails_of, message_text, why_lost
 
 # Warnings of the transfer that say nothing about the geometry.
 _HARMLESS = ("No Length Uncertainty", "is an empty LIST", "not Derived", "is out of scope")
 
 # Entities of these packages of OCCT carry geometry and topology; the others styles, products, dimensions.
 _GEOMETRY_PACKAGES = ("StepGeom", "StepShape")
-
-
-def checks(iterator: Interface_CheckIterator) -> Iterator[tuple[int, list[str], list[str]]]:
-    """(entity number, fails, warnings) of every non-empty check."""
-    iterator.Start()
-    while iterator.More():
-        check = iterator.Value()
-        fails = [_text(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
-        warnings = [_text(check.CWarning(i)) for i in range(1, check.NbWarnings() + 1)]
-        if fails or warnings:
-            yield iterator.Number(), fails, warnings
-        iterator.Next()
 
 
 class StepAudit:
@@ -42,7 +29,7 @@ class StepAudit:
         """Syntax errors and entities whose parameters OCCT could not understand."""
         check = self.model.GlobalCheck()
         for index in range(1, min(check.NbFails(), 50) + 1):
-            message = _text(check.CFail(index))
+            message = message_text(check.CFail(index))
             if not message.startswith("Parameter #"):  # of the header
                 self.report.add("", "syntax", message, "warning")
         for spline in self.text.knot_defects():
@@ -51,7 +38,7 @@ class StepAudit:
         is_error = self.model.IsErrorEntity
         for number in [n for n in range(1, self.model.NbEntities() + 1) if is_error(n)]:
             check = self.model.Check(number, True)
-            fails = [_text(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
+            fails = fails_of(check)
             if fails:
                 reason = "; ".join(dict.fromkeys(fails[:3]))
                 groups.setdefault((self._kind(number), reason), []).append(number)
@@ -101,26 +88,20 @@ class StepAudit:
 
     def _lost_faces(self, process: Any, arrived: int) -> None:
         """Names every face entity without a result."""
-        binders: dict[Any, Any] = {}
-        if process is not None:
-            binders = {process.Mapped(i): process.MapItem(i) for i in range(1, process.NbMapped() + 1)}
+        binders = binders_of(process)
         lost = 0
         for number in range(1, self.model.NbEntities() + 1):
             entity = self.model.Value(number)
             if not isinstance(entity, StepShape_FaceSurface):
                 continue
-            binder = binders.get(entity)
-            if binder is not None and binder.HasResult():
+            reason = why_lost(binders.get(entity), "not reached from any shape representation")
+            if reason is None:
                 continue
             lost += 1
-            if binder is None:
-                reason = "not reached from any shape representation"
-            else:
-                check = binder.Check()
-                fails = [_text(check.CFail(i)) for i in range(1, check.NbFails() + 1)]
-                reason = "; ".join(fails[:3]) or "OpenCascade made no face of it"
             if self.model.IsErrorEntity(number):
-                reason += "; " + (_text(self.model.Check(number, True).CFail(1)) or "unreadable parameters")
+                reason += "; " + (
+                    message_text(self.model.Check(number, True).CFail(1)) or "unreadable parameters"
+                )
             self.report.add(self._label(number), self._kind(number), reason)
         unread = len(self.text.faces) - sum(
             isinstance(self.model.Value(i), StepShape_FaceSurface)
@@ -150,7 +131,3 @@ class StepAudit:
             return "file"
         name = type(self.model.Value(number)).__name__.rpartition("_")[2]
         return "".join("_" + c if c.isupper() and i else c for i, c in enumerate(name)).upper()
-
-
-def _text(message: object) -> str:
-    return message if isinstance(message, str) else str(getattr(message, "ToCString", lambda: message)())
