@@ -17,6 +17,7 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
     "brep": ("core/base/", "core/brep/"),
     "nurbs": ("core/base/", "core/brep/", "core/nurbs/"),
     "view": ("core/base/", "core/view/"),
+    "tess": ("core/base/", "core/nurbs/", "core/view/", "core/tess/"),
     "trace": ("core/base/", "core/nurbs/", "core/view/", "core/trace/"),
     "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
     "bind": ("core/",),
@@ -26,6 +27,8 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
 LIBRARY_RULES: dict[str, tuple[str, ...]] = {
     "tbb/": ("base",),
     "hwy/": ("base", "trace"),
+    "OpenMesh/": ("tess",),
+    "CDT": ("tess",),
     "nanobind/": ("bind",),
     "Python.h": ("bind",),
 }

@@ -9,6 +9,7 @@
 // A store is immutable after build_store/load_store returns it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -124,6 +125,7 @@ struct Face {
   std::int32_t prototype = -1, shell = -1;
   std::int32_t shape = -1;  // index in the importer's byte stream (1-based), to trace a face to its file
   Range loops;              // NurbsStore::loops; empty: the whole natural domain
+  Range triangles;          // NurbsStore::mesh_triangles; not empty: a mesh face, which has no surface
   FaceStatus status = FaceStatus::kOk;
   bool reversed = false;                 // outward normal is -(Su x Sv)
   bool iso_rectangle = false;            // the trim is exactly uv_box: no inside test needed
@@ -167,6 +169,9 @@ struct NurbsStore {
   std::vector<CurvePiece> edge_pieces;
   std::vector<dvec4> edge_ctrl_h;
   std::vector<Vertex> vertices;
+  std::vector<dvec3> mesh_vertices;  // of mesh faces
+  std::vector<std::array<std::int32_t, 3>>
+      mesh_triangles;  // into mesh_vertices, counter-clockwise from outside
   std::vector<Shell> shells;
   std::vector<Prototype> prototypes;
   std::vector<Instance> instances;
