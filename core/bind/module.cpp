@@ -14,4 +14,5 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_view(m);
   trimray::bind::bind_trace(m);
   trimray::bind::bind_measure(m);
+  trimray::bind::bind_mesh_check(m);
 }
