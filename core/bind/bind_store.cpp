@@ -1,4 +1,5 @@
 // NurbsStore: built, saved, loaded, and told about in arrays.
+#include <algorithm>
 #include <memory>
 #include <tuple>
 
@@ -8,8 +9,11 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "core/base/error.h"
 #include "core/bind/bind.h"
 #include "core/nurbs/build_store.h"
+#include "core/nurbs/merge_stores.h"
+#include "core/nurbs/mesh_store.h"
 #include "core/trace/extent.h"
 
 namespace trimray::bind {
@@ -40,6 +44,33 @@ StorePtr build(const nb::bytes& brep, const In1<std::int32_t>& prototype_shapes,
   const auto stream = bytes_of(brep);
   nb::gil_scoped_release release;
   return std::make_shared<NurbsStore>(nurbs::build_store(stream, input));
+}
+
+StorePtr from_triangles(const In2<double, 3>& vertices, const In2<std::int32_t, 3>& triangles,
+                        const In1<std::int32_t>& group_ends, const In2<float, 4>& colors, std::string meta) {
+  const std::size_t count = group_ends.shape(0);
+  if (colors.shape(0) != count) throw ArgumentError("colors must hold 4 values a group");
+  std::vector<dvec3> points(vertices.shape(0));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = dvec3(vertices(i, 0), vertices(i, 1), vertices(i, 2));
+  std::vector<nurbs::Triangle> corners(triangles.shape(0));
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    corners[i] = {triangles(i, 0), triangles(i, 1), triangles(i, 2)};
+  std::vector<nurbs::MeshGroup> groups(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    groups[i].end = group_ends(i);
+    std::copy_n(colors.data() + 4 * i, 4, groups[i].color);
+  }
+  nb::gil_scoped_release release;
+  return std::make_shared<NurbsStore>(
+      nurbs::mesh_store(std::move(points), std::move(corners), groups, std::move(meta)));
+}
+
+StorePtr merge(const std::vector<StorePtr>& stores, std::string meta) {
+  std::vector<const NurbsStore*> parts;
+  for (const StorePtr& s : stores) parts.push_back(s.get());
+  nb::gil_scoped_release release;
+  return std::make_shared<NurbsStore>(nurbs::merge_stores(parts, std::move(meta)));
 }
 
 StorePtr load(const nb::bytes& data) {
@@ -158,6 +189,18 @@ void bind_store(nb::module_& m) {
           nb::arg("instance_placements"), nb::arg("instance_colors"), nb::arg("meta"),
           "From the importer's byte stream and arrays. FormatError: the stream is damaged; ArgumentError: "
           "the arrays do not fit it.")
+      .def_static(
+          "from_triangles", &from_triangles, nb::arg("vertices"), nb::arg("triangles"), nb::arg("group_ends"),
+          nb::arg("colors"), nb::arg("meta"),
+          "A model that comes as triangles: vertices (n, 3) float64, mm; triangles (m, 3) int32, "
+          "counter-clockwise from outside; group_ends (g,) int32: each group of triangles, up to its end, "
+          "is one face; colors (g, 4) float32, sRGB-encoded, red -1 for none. ArgumentError: an index that "
+          "names nothing, a coordinate that is not finite, groups that are empty or do not cover the "
+          "triangles.")
+      .def_static(
+          "merge", &merge, nb::arg("stores"), nb::arg("meta"),
+          "All prototypes, instances and faces of the first store, then those of the second, and so on. "
+          "ArgumentError: too large together.")
       .def_static("load", &load, nb::arg("data"), "From what save() gave. FormatError: anything else.")
       .def("save", &save, "The store as the bytes of one file.")
       .def_prop_ro(

@@ -6,7 +6,7 @@ namespace trimray::nurbs {
 
 BezierPatches bezier_patches(const NurbsStore& store, const Surface& surface) {
   BezierPatches r;
-  if (surface.kind == SurfaceKind::kNone) return r;
+  if (surface.kind == SurfaceKind::kMesh || surface.kind == SurfaceKind::kNone) return r;
   const SurfaceView s = view(store, surface);
   r.degree_u = surface.degree_u, r.degree_v = surface.degree_v;
   const std::vector<double> us = distinct_knots(s.knots_u, r.degree_u),

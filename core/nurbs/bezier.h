@@ -18,7 +18,7 @@ struct BezierPatches {
   int points() const { return (degree_u + 1) * (degree_v + 1); }
 };
 
-// kNone gives no patch. For kOffset these are the basis surface's patches.
+// kMesh and kNone give no patch. For kOffset these are the basis surface's patches.
 BezierPatches bezier_patches(const NurbsStore& store, const Surface& surface);
 
 }  // namespace trimray::nurbs

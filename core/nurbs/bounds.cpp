@@ -49,6 +49,7 @@ class FaceBox {
 
   Box3 run() {
     if (face_.status != FaceStatus::kOk) return {};
+    if (face_.is_mesh()) return corners();
     BezierPatches patches = bezier_patches(store_, surface_);
     transform_ctrl(patches.ctrl_h, placement_);
     margin_ = kBoundsTol * hull_of(patches.ctrl_h).diagonal();
@@ -65,6 +66,13 @@ class FaceBox {
   }
 
  private:
+  Box3 corners() {
+    for (std::int32_t t = face_.triangles.begin; t < face_.triangles.end; ++t)
+      for (const std::int32_t v : store_.mesh_triangles[t])
+        box_.add(placement_.point(store_.mesh_vertices[v]));
+    return box_;
+  }
+
   void edges() {
     for (std::int32_t l = face_.loops.begin; l < face_.loops.end; ++l)
       for (std::int32_t c = store_.loops[l].coedges.begin; c < store_.loops[l].coedges.end; ++c) {

@@ -50,7 +50,7 @@ void check_knots(const NurbsStore& store, const Range& r, int degree, int count,
 void check_surface(const NurbsStore& store, std::size_t i) {
   const Surface& f = store.surfaces[i];
   if (f.kind > SurfaceKind::kNone) fail("surface kind", i);
-  if (f.kind == SurfaceKind::kNone) return;
+  if (f.kind == SurfaceKind::kMesh || f.kind == SurfaceKind::kNone) return;
   if (f.map_u > ParamMap::kHyperbolic || f.map_v > ParamMap::kHyperbolic) fail("parameter map", i);
   check_knots(store, f.knots_u, f.degree_u, f.count_u, i);
   check_knots(store, f.knots_v, f.degree_v, f.count_v, i);
@@ -95,6 +95,26 @@ void check_edges(const NurbsStore& store) {
   }
   for (std::size_t i = 0; i < store.vertices.size(); ++i)
     if (!finite(store.vertices[i].point) || !std::isfinite(store.vertices[i].tolerance)) fail("vertex", i);
+}
+
+// Triangles stand in the order of the faces, so that no two faces can claim the same ones.
+void check_mesh(const NurbsStore& store) {
+  std::int32_t last = 0;
+  for (std::size_t i = 0; i < store.faces.size(); ++i) {
+    const Face& f = store.faces[i];
+    check_range(f.triangles, store.mesh_triangles, "face triangles", i);
+    const bool mesh_kind = store.surfaces[f.surface].kind == SurfaceKind::kMesh;
+    if (f.is_mesh() != (mesh_kind && f.status == FaceStatus::kOk)) fail("mesh face", i);
+    if (!f.is_mesh()) continue;
+    if (f.triangles.begin < last) fail("triangles of another face", i);
+    last = f.triangles.end;
+    if (f.loops.size() != 0 || f.reversed) fail("mesh face", i);
+  }
+  for (std::size_t i = 0; i < store.mesh_triangles.size(); ++i)
+    for (const std::int32_t v : store.mesh_triangles[i])
+      check_index(v, store.mesh_vertices, "mesh triangle corner", i);
+  for (std::size_t i = 0; i < store.mesh_vertices.size(); ++i)
+    if (!finite(store.mesh_vertices[i])) fail("mesh vertex", i);
 }
 
 void check_faces(const NurbsStore& store) {
@@ -167,7 +187,7 @@ void check_prototypes(const NurbsStore& store) {
 
 const char* kind_name(SurfaceKind kind) {
   static const char* const names[] = {"plane",      "cylinder", "cone",    "sphere", "torus", "extrusion",
-                                      "revolution", "bezier",   "bspline", "offset", "none"};
+                                      "revolution", "bezier",   "bspline", "offset", "mesh",  "none"};
   return kind <= SurfaceKind::kNone ? names[static_cast<int>(kind)] : "none";
 }
 
@@ -193,6 +213,7 @@ void validate(const NurbsStore& store) {
   check_pieces(store.edge_pieces, store.edge_ctrl_h, "edge piece");
   check_edges(store);
   check_faces(store);
+  check_mesh(store);
   check_prototypes(store);
 }
 

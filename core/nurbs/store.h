@@ -38,9 +38,10 @@ enum class SurfaceKind : std::uint8_t {
   kBezier,
   kBspline,
   kOffset,
+  kMesh,  // triangles in place of a surface
   kNone
 };
-const char* kind_name(SurfaceKind kind);  // "plane", "cylinder", ...
+const char* kind_name(SurfaceKind kind);  // "plane", "cylinder", ... "mesh"
 
 // How the NURBS parameter s runs between two neighbouring knots [a, a + d], m = a + d / 2:
 //   kIdentity    s = u
@@ -49,8 +50,9 @@ const char* kind_name(SurfaceKind kind);  // "plane", "cylinder", ...
 enum class ParamMap : std::uint8_t { kIdentity, kCircular, kHyperbolic };
 
 // One surface per face. Analytic frame and radii are set for kPlane ... kTorus only; the NURBS form is
-// set for every kind but kNone. For kOffset the NURBS form is the basis surface's, and the true point is
-// S(u,v) + offset * Su x Sv / |Su x Sv|: it has no exact NURBS form and is evaluated from this definition.
+// set for every kind but kMesh and kNone. For kOffset the NURBS form is the basis surface's, and the true
+// point is S(u,v) + offset * Su x Sv / |Su x Sv|: it has no exact NURBS form and is evaluated from this
+// definition.
 struct Surface {
   SurfaceKind kind = SurfaceKind::kNone;
   bool rational = false;
@@ -120,12 +122,15 @@ enum class FaceStatus : std::uint8_t {
 };
 const char* status_reason(FaceStatus status);  // "ok" or the reason a face cannot be drawn
 
+// Corners, into NurbsStore::mesh_vertices, counter-clockwise seen from outside.
+using Triangle = std::array<std::int32_t, 3>;
+
 struct Face {
   std::int32_t surface = -1;  // NurbsStore::surfaces
   std::int32_t prototype = -1, shell = -1;
   std::int32_t shape = -1;  // index in the importer's byte stream (1-based), to trace a face to its file
   Range loops;              // NurbsStore::loops; empty: the whole natural domain
-  Range triangles;          // NurbsStore::mesh_triangles; not empty: a mesh face, which has no surface
+  Range triangles;          // NurbsStore::mesh_triangles; not empty for mesh faces and only for them
   FaceStatus status = FaceStatus::kOk;
   bool reversed = false;                 // outward normal is -(Su x Sv)
   bool iso_rectangle = false;            // the trim is exactly uv_box: no inside test needed
@@ -133,12 +138,17 @@ struct Face {
   float color[4] = {kNoColor, 0, 0, 1};  // sRGB-encoded, 0..1, straight alpha
   static constexpr float kNoColor = -1.0f;
   bool has_color() const { return color[0] >= 0.0f; }
+  // A face of triangles: its surface is of kind kMesh, it has no loops and is never reversed, uv_box is the
+  // unit square, and uv_face of a point is (weight of the second corner, weight of the third) in the triangle
+  // that it lies on.
+  bool is_mesh() const { return triangles.size() > 0; }
 };
 
 struct Shell {
   std::int32_t prototype = -1;
   Range faces;
-  // Every edge is used exactly twice by the shell, in opposite directions, degenerate edges excepted.
+  // Every edge is used exactly twice by the shell, in opposite directions, degenerate edges excepted; of a
+  // shell of mesh faces, every side of its triangles.
   bool closed = false;
 };
 
@@ -169,9 +179,8 @@ struct NurbsStore {
   std::vector<CurvePiece> edge_pieces;
   std::vector<dvec4> edge_ctrl_h;
   std::vector<Vertex> vertices;
-  std::vector<dvec3> mesh_vertices;  // of mesh faces
-  std::vector<std::array<std::int32_t, 3>>
-      mesh_triangles;  // into mesh_vertices, counter-clockwise from outside
+  std::vector<dvec3> mesh_vertices;      // of mesh faces
+  std::vector<Triangle> mesh_triangles;  // by face, in the order of the faces
   std::vector<Shell> shells;
   std::vector<Prototype> prototypes;
   std::vector<Instance> instances;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr char kMagic[8] = {'T', 'R', 'M', 'S', 'T', 'O', 'R', 'E'};
 constexpr std::uint32_t kByteOrder = 0x01020304;
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeader = 32;
 
 // Four lanes of multiply and rotate over 32-byte blocks; the length is mixed in. Not cryptographic.
@@ -153,7 +153,7 @@ void surface(auto& file, auto& f) {
 
 void face(auto& file, auto& f) {
   file.plain(f.surface), file.plain(f.prototype), file.plain(f.shell), file.plain(f.shape);
-  range(file, f.loops);
+  range(file, f.loops), range(file, f.triangles);
   file.choice(f.status, FaceStatus::kUnsupported);
   file.flag(f.reversed), file.flag(f.iso_rectangle);
   box(file, f.uv_box);
@@ -195,13 +195,13 @@ void instance(auto& file, auto& n) {
 
 static_assert(sizeof(Loop) == 12 && sizeof(CurvePiece) == 24 && sizeof(Vertex) == 32,
               "written as blocks: no padding");
-static_assert(sizeof(dvec4) == 32 && sizeof(dvec3) == 24);
+static_assert(sizeof(dvec4) == 32 && sizeof(dvec3) == 24 && sizeof(Triangle) == 12);
 
 void arrays(auto& file, auto& store) {
   file.records(store.surfaces, 200, [](auto& f, auto& x) { surface(f, x); });
   file.block(store.knots);
   file.block(store.ctrl_h);
-  file.records(store.faces, 60, [](auto& f, auto& x) { face(f, x); });
+  file.records(store.faces, 83, [](auto& f, auto& x) { face(f, x); });
   file.block(store.loops);
   file.records(store.coedges, 20, [](auto& f, auto& x) { coedge(f, x); });
   file.block(store.trim_pieces);
@@ -211,6 +211,8 @@ void arrays(auto& file, auto& store) {
   file.block(store.edge_pieces);
   file.block(store.edge_ctrl_h);
   file.block(store.vertices);
+  file.block(store.mesh_vertices);
+  file.block(store.mesh_triangles);
   file.records(store.shells, 13, [](auto& f, auto& x) { shell(f, x); });
   file.records(store.prototypes, 96, [](auto& f, auto& x) { prototype(f, x); });
   file.records(store.instances, 116, [](auto& f, auto& x) { instance(f, x); });
@@ -233,12 +235,12 @@ T get(std::span<const std::byte> bytes, std::size_t at) {
 
 std::vector<std::byte> save_store(const NurbsStore& store) {
   Writer file;
-  file.out.reserve(kHeader + store.surfaces.size() * 300 +
-                   (store.knots.size() + 4 * store.ctrl_h.size()) * 8 + store.faces.size() * 80 +
-                   store.coedges.size() * 24 + store.edges.size() * 48 + store.trim_pieces.size() * 24 +
-                   store.trim_ctrl_h.size() * 24 + store.edge_pieces.size() * 24 +
-                   store.edge_ctrl_h.size() * 32 + store.vertices.size() * 32 + store.instances.size() * 128 +
-                   store.meta.size() + 4096);
+  file.out.reserve(
+      kHeader + store.surfaces.size() * 300 + (store.knots.size() + 4 * store.ctrl_h.size()) * 8 +
+      store.faces.size() * 80 + store.coedges.size() * 24 + store.edges.size() * 48 +
+      store.trim_pieces.size() * 24 + store.trim_ctrl_h.size() * 24 + store.edge_pieces.size() * 24 +
+      store.edge_ctrl_h.size() * 32 + store.vertices.size() * 32 + store.mesh_vertices.size() * 24 +
+      store.mesh_triangles.size() * 12 + store.instances.size() * 128 + store.meta.size() + 4096);
   file.out.resize(kHeader);
   arrays(file, store);
   std::vector<std::byte>& bytes = file.out;

@@ -29,7 +29,9 @@ Line local_line(const trace::Ray& ray, const nurbs::Instance& instance) {
   return line;
 }
 
-bool usable(const nurbs::Face& face) { return face.status == nurbs::FaceStatus::kOk && face.surface >= 0; }
+bool usable(const nurbs::Face& face) {
+  return face.status == nurbs::FaceStatus::kOk && face.surface >= 0 && !face.is_mesh();
+}
 
 }  // namespace
 

@@ -29,19 +29,33 @@ using nurbs::NurbsStore;
 using nurbs::SurfaceKind;
 
 constexpr int kDirections = 1024;
-constexpr int kCurveSteps = 8;     // per Bezier piece of an edge
-constexpr int kMaxGridSteps = 40;  // per direction of a face
-constexpr double kAbsurd = 1e9;    // times the size of a model's median edge or face
+constexpr int kCurveSteps = 8;        // per Bezier piece of an edge
+constexpr int kMaxGridSteps = 40;     // per direction of a face
+constexpr int kTrianglesAtOnce = 32;  // neighbours in the file mostly are in space: their box is small
+constexpr double kAbsurd = 1e9;       // times the size of a model's median edge or face
 
-// Samples of one edge piece or of one face's inside; the neighbours of a sample are at most `gap` away.
+// Samples of one edge piece or of one face's inside; the neighbours of a sample are at most `gap` away. Or
+// the corners of some mesh triangles, which nothing reaches beyond.
 struct Samples {
   std::vector<dvec3> points;
   std::vector<dvec2> uv;  // faces only
   Box3 box;
   double gap = 0.0;
-  std::int32_t face = kNoFace, piece = -1;  // one of the two
+  std::int32_t face = kNoFace, piece = -1;  // one of the two; neither for corners
   dvec2 step{0.0};                          // faces only: of the grid
 };
+
+// The corners of some triangles, each place once.
+Samples sample_triangles(const NurbsStore& store, const nurbs::Range& triangles) {
+  std::vector<std::int32_t> corners;
+  for (std::int32_t t = triangles.begin; t < triangles.end; ++t)
+    corners.insert(corners.end(), store.mesh_triangles[t].begin(), store.mesh_triangles[t].end());
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  Samples s;
+  for (const std::int32_t v : corners) s.points.push_back(store.mesh_vertices[v]);
+  return s;
+}
 
 Samples sample_piece(const NurbsStore& store, std::int32_t index) {
   const nurbs::CurvePiece& piece = store.edge_pieces[index];
@@ -63,6 +77,8 @@ bool bulges(const NurbsStore& store, const Face& face) {
     case SurfaceKind::kCone:
     case SurfaceKind::kExtrusion:
       return face.loops.size() == 0;
+    case SurfaceKind::kMesh:
+      return false;
     default:
       return true;
   }
@@ -183,20 +199,26 @@ class Outline {
       : store_(store), trims_(trims) {
     const nurbs::Prototype& p = store.prototypes[prototype];
     std::vector<std::int32_t> pieces, faces;
+    std::vector<nurbs::Range> triangles;
     for (std::int32_t e = p.edges.begin; e < p.edges.end; ++e) {
       if (!used(store.edges[e])) continue;
       for (std::int32_t i = store.edges[e].pieces.begin; i < store.edges[e].pieces.end; ++i)
         pieces.push_back(i);
     }
     for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
+      const nurbs::Range& mesh = store.faces[f].triangles;
+      for (std::int32_t t = mesh.begin; t < mesh.end; t += kTrianglesAtOnce)
+        triangles.push_back({t, std::min(mesh.end, t + kTrianglesAtOnce)});
       if (store.faces[f].status == nurbs::FaceStatus::kOk && bulges(store, store.faces[f]))
         faces.push_back(f);
     }
-    samples_.resize(pieces.size() + faces.size());
+    const std::size_t before = pieces.size() + faces.size();
+    samples_.resize(before + triangles.size());
     parallel_ranges(samples_.size(), 16, threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         samples_[i] = i < pieces.size() ? sample_piece(store, pieces[i])
-                                        : sample_face(store, trims, faces[i - pieces.size()]);
+                      : i < before      ? sample_face(store, trims, faces[i - pieces.size()])
+                                        : sample_triangles(store, triangles[i - before]);
         for (const dvec3& point : samples_[i].points) samples_[i].box.add(point);
       }
     });
@@ -209,7 +231,7 @@ class Outline {
   // The farthest sample, moved uphill on its own face or edge: nearly farthest(), at a fraction of the cost.
   dvec3 nearly_farthest(const dvec3& d) const {
     const auto [s, i] = far_sample(d);
-    return s->face == kNoFace ? polish_piece(store_, *s, i, d) : polish_face(store_, trims_, *s, i, d);
+    return polish(*s, i, d);
   }
 
   dvec3 farthest(const dvec3& d) const {
@@ -228,8 +250,7 @@ class Outline {
       const std::size_t few = std::min<std::size_t>(starts.size(), 6);
       std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(few), starts.end());
       for (std::size_t k = 0; k < few; ++k) {
-        const dvec3 p = s.face == kNoFace ? polish_piece(store_, s, starts[k].second, d)
-                                          : polish_face(store_, trims_, s, starts[k].second, d);
+        const dvec3 p = polish(s, starts[k].second, d);
         if (glm::dot(d, p) > glm::dot(d, best)) best = p;
       }
     }
@@ -237,6 +258,11 @@ class Outline {
   }
 
  private:
+  dvec3 polish(const Samples& s, std::size_t i, const dvec3& d) const {
+    if (s.face != kNoFace) return polish_face(store_, trims_, s, i, d);
+    return s.piece >= 0 ? polish_piece(store_, s, i, d) : s.points[i];
+  }
+
   std::pair<const Samples*, std::size_t> far_sample(const dvec3& d) const {
     double most = -kInf;
     std::pair<const Samples*, std::size_t> best{&samples_.front(), 0};
