@@ -1,30 +1,13 @@
 #include "core/tess/mesh_check.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/base/box.h"
+#include "core/tess/corner_sets.h"
 #include "core/tess/mesh_sides.h"
 
 namespace trimray::tess {
 namespace {
-
-// Corners (3 * triangle + k) that hang together; roots are the smallest of their set.
-class CornerSets {
- public:
-  explicit CornerSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::size_t a, std::size_t b) {
-    a = root(a), b = root(b);
-    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 // The triangles around a vertex form one fan when its corners hang together over edges of two triangles.
 std::int64_t count_fanned_vertices(std::size_t vertex_count,
