@@ -1,7 +1,6 @@
 #include "core/nurbs/mesh_store.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -18,9 +17,7 @@ void check(std::span<const dvec3> vertices, std::span<const Triangle> triangles,
   constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
   if (vertices.size() > kMost || triangles.size() > kMost) fail("too many vertices or triangles");
   for (std::size_t i = 0; i < vertices.size(); ++i)
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(std::abs(vertices[i][axis]) < kMaxCoordinate))
-        fail("vertex " + std::to_string(i) + " is not finite");
+    if (!sound_vertex(vertices[i])) fail("vertex " + std::to_string(i) + " is not finite");
   for (std::size_t i = 0; i < triangles.size(); ++i)
     for (const std::int32_t v : triangles[i])
       if (v < 0 || static_cast<std::size_t>(v) >= vertices.size())
@@ -47,6 +44,11 @@ std::vector<std::int32_t> places(std::span<const dvec3> vertices) {
 }
 
 }  // namespace
+
+bool sound_vertex(const dvec3& p) {
+  const dvec3 q = glm::abs(p);
+  return q.x < kMaxCoordinate && q.y < kMaxCoordinate && q.z < kMaxCoordinate;  // false for NaN
+}
 
 void make_mesh_face(Face& face, Range triangles) {
   face.triangles = triangles;

@@ -21,6 +21,9 @@ struct MeshGroup {
 NurbsStore mesh_store(std::vector<dvec3> vertices, std::vector<Triangle> triangles,
                       std::span<const MeshGroup> groups, std::string meta);
 
+// Finite, and no farther out than anything real.
+bool sound_vertex(const dvec3& p);
+
 // What is_mesh() promises of a face with these triangles; its surface is to be of kind kMesh.
 void make_mesh_face(Face& face, Range triangles);
 

@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/nurbs/knot_vector.h"
+#include "core/nurbs/mesh_store.h"
 
 namespace trimray::nurbs {
 namespace {
@@ -114,7 +115,7 @@ void check_mesh(const NurbsStore& store) {
     for (const std::int32_t v : store.mesh_triangles[i])
       check_index(v, store.mesh_vertices, "mesh triangle corner", i);
   for (std::size_t i = 0; i < store.mesh_vertices.size(); ++i)
-    if (!finite(store.mesh_vertices[i])) fail("mesh vertex", i);
+    if (!sound_vertex(store.mesh_vertices[i])) fail("mesh vertex", i);
 }
 
 void check_faces(const NurbsStore& store) {

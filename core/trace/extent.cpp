@@ -9,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/nurbs/surface.h"
 #include "core/nurbs/trim.h"
+#include "core/trace/neighbours.h"
 
 namespace trimray::trace {
 
@@ -29,10 +30,10 @@ using nurbs::NurbsStore;
 using nurbs::SurfaceKind;
 
 constexpr int kDirections = 1024;
-constexpr int kCurveSteps = 8;        // per Bezier piece of an edge
-constexpr int kMaxGridSteps = 40;     // per direction of a face
-constexpr int kTrianglesAtOnce = 32;  // neighbours in the file mostly are in space: their box is small
-constexpr double kAbsurd = 1e9;       // times the size of a model's median edge or face
+constexpr int kCurveSteps = 8;     // per Bezier piece of an edge
+constexpr int kMaxGridSteps = 40;  // per direction of a face
+constexpr std::size_t kCornersAtOnce = 64;
+constexpr double kAbsurd = 1e9;  // times the size of a model's median edge or face
 
 // Samples of one edge piece or of one face's inside; the neighbours of a sample are at most `gap` away. Or
 // the corners of some mesh triangles, which nothing reaches beyond.
@@ -45,15 +46,28 @@ struct Samples {
   dvec2 step{0.0};                          // faces only: of the grid
 };
 
-// The corners of some triangles, each place once.
-Samples sample_triangles(const NurbsStore& store, const nurbs::Range& triangles) {
+// The corners of a prototype's mesh triangles, neighbours together.
+std::vector<Neighbour> mesh_corners(const NurbsStore& store, const nurbs::Range& faces, int threads) {
   std::vector<std::int32_t> corners;
-  for (std::int32_t t = triangles.begin; t < triangles.end; ++t)
-    corners.insert(corners.end(), store.mesh_triangles[t].begin(), store.mesh_triangles[t].end());
+  for (std::int32_t f = faces.begin; f < faces.end; ++f) {
+    const nurbs::Range& mesh = store.faces[f].triangles;
+    for (std::int32_t t = mesh.begin; t < mesh.end; ++t)
+      corners.insert(corners.end(), store.mesh_triangles[t].begin(), store.mesh_triangles[t].end());
+  }
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  std::vector<Neighbour> items;
+  for (const std::int32_t v : corners) items.push_back({glm::vec3(store.mesh_vertices[v]), v});
+  arrange_neighbours(items, kCornersAtOnce, threads);
+  return items;
+}
+
+// The k-th kCornersAtOnce of them.
+Samples sample_corners(const NurbsStore& store, std::span<const Neighbour> corners, std::size_t k) {
+  const auto rest = corners.subspan(k * kCornersAtOnce);
   Samples s;
-  for (const std::int32_t v : corners) s.points.push_back(store.mesh_vertices[v]);
+  for (const Neighbour& v : rest.first(std::min(rest.size(), kCornersAtOnce)))
+    s.points.push_back(store.mesh_vertices[v.index]);
   return s;
 }
 
@@ -199,26 +213,23 @@ class Outline {
       : store_(store), trims_(trims) {
     const nurbs::Prototype& p = store.prototypes[prototype];
     std::vector<std::int32_t> pieces, faces;
-    std::vector<nurbs::Range> triangles;
     for (std::int32_t e = p.edges.begin; e < p.edges.end; ++e) {
       if (!used(store.edges[e])) continue;
       for (std::int32_t i = store.edges[e].pieces.begin; i < store.edges[e].pieces.end; ++i)
         pieces.push_back(i);
     }
     for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
-      const nurbs::Range& mesh = store.faces[f].triangles;
-      for (std::int32_t t = mesh.begin; t < mesh.end; t += kTrianglesAtOnce)
-        triangles.push_back({t, std::min(mesh.end, t + kTrianglesAtOnce)});
       if (store.faces[f].status == nurbs::FaceStatus::kOk && bulges(store, store.faces[f]))
         faces.push_back(f);
     }
     const std::size_t before = pieces.size() + faces.size();
-    samples_.resize(before + triangles.size());
+    const std::vector<Neighbour> corners = mesh_corners(store, p.faces, threads);
+    samples_.resize(before + (corners.size() + kCornersAtOnce - 1) / kCornersAtOnce);
     parallel_ranges(samples_.size(), 16, threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         samples_[i] = i < pieces.size() ? sample_piece(store, pieces[i])
                       : i < before      ? sample_face(store, trims, faces[i - pieces.size()])
-                                        : sample_triangles(store, triangles[i - before]);
+                                        : sample_corners(store, corners, i - before);
         for (const dvec3& point : samples_[i].points) samples_[i].box.add(point);
       }
     });

@@ -75,7 +75,7 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   std::vector<Box3> boxes;
   for (std::size_t i = 0; i < closed_leaves.size(); ++i) {
     const ClosedLeaf& leaf = closed_leaves[i];
-    primitives.push_back({leaf.face, static_cast<std::int32_t>(i), true, leaf.inside});
+    primitives.push_back({leaf.face, static_cast<std::int32_t>(i), PrimitiveKind::kClosedForm, leaf.inside});
     boxes.push_back(leaf.box);
   }
   const std::span<const PatchLeaf> leaves = patches.leaves();
@@ -87,8 +87,8 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     ++leaf_begin[leaves[i].face - first_face + 1];
     if (coverage[i] == Coverage::kOutside) continue;
-    primitives.push_back(
-        {leaves[i].face, static_cast<std::int32_t>(i), false, coverage[i] == Coverage::kInside});
+    primitives.push_back({leaves[i].face, static_cast<std::int32_t>(i), PrimitiveKind::kPatch,
+                          coverage[i] == Coverage::kInside});
     boxes.push_back(leaves[i].box);
   }
   std::partial_sum(leaf_begin.begin(), leaf_begin.end(), leaf_begin.begin());
@@ -96,6 +96,12 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   std::vector<std::int32_t> next = leaf_begin;
   for (std::size_t i = 0; i < leaves.size(); ++i)
     leaf_order[next[leaves[i].face - first_face]++] = static_cast<std::int32_t>(i);
+
+  triangles = triangle_blocks(store, prototype, threads);
+  for (std::size_t i = 0; i < triangles.blocks.size(); ++i) {
+    primitives.push_back({triangles.faces[i], static_cast<std::int32_t>(i), PrimitiveKind::kTriangles, true});
+    boxes.push_back(triangles.boxes[i]);
+  }
 
   for (Box3& b : boxes) {
     if (!finite(b)) b = {};
@@ -136,7 +142,7 @@ Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads)
   bvh = build_bvh(boxes);
   stats.bytes = bvh.bytes();
   for (const auto& p : prototypes) {
-    stats.bytes += p->bvh.bytes() + p->sieve.bvh().bytes() + p->patches.bytes() +
+    stats.bytes += p->bvh.bytes() + p->sieve.bvh().bytes() + p->patches.bytes() + p->triangles.bytes() +
                    static_cast<std::int64_t>(p->closed_leaves.size() * sizeof(ClosedLeaf) +
                                              p->primitives.size() * sizeof(ScenePrimitive));
     stats.leaf_boxes += static_cast<std::int64_t>(p->primitives.size());

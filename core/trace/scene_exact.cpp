@@ -45,6 +45,33 @@ void PrototypeScene::leaf_roots(std::int32_t leaf, const Ray& ray, std::vector<R
     out[i] = make_root(face, out[i].t, out[i].uv_face, out[i].normal, ray.dir);
 }
 
+dvec3 PrototypeScene::mesh_normal(std::int32_t triangle) const {
+  const nurbs::Triangle& t = store.mesh_triangles[triangle];
+  return triangle_normal(store.mesh_vertices[t[0]], store.mesh_vertices[t[1]], store.mesh_vertices[t[2]]);
+}
+
+void PrototypeScene::mesh_roots(std::span<const std::int32_t> blocks, const Ray& ray,
+                                std::vector<Root>& out) const {
+  const RayShear shear(ray.org, ray.dir);
+  std::vector<std::pair<std::int32_t, Root>> found;
+  for (const std::int32_t primitive : blocks) {
+    const TriangleBlock& block = triangles.blocks[primitives[primitive].leaf];
+    TriangleCrossing crossings[kTrianglesPerBlock];
+    const int count = cross_triangles(block, {&shear, 1}, 1, crossings);
+    for (int i = 0; i < count; ++i) {
+      const std::int32_t triangle = block.triangle[crossings[i].lane];
+      Root root;
+      root.t = crossings[i].t, root.uv_face = crossings[i].weights;
+      root.face = primitives[primitive].face, root.normal = mesh_normal(triangle);
+      root.sign = glm::dot(root.normal, ray.dir) > 0.0 ? 1 : -1;
+      root.inside = true;
+      found.push_back({triangle, root});
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [triangle, root] : found) out.push_back(root);
+}
+
 void merge_roots(std::vector<Root>& roots, std::size_t begin, double diagonal) {
   const auto first = roots.begin() + static_cast<std::ptrdiff_t>(begin);
   std::stable_sort(first, roots.end(), [](const Root& a, const Root& b) { return a.t < b.t; });
@@ -183,11 +210,17 @@ void Scene::Impl::all_hits(const Ray& ray, std::vector<Hit>& out) const {
     });
     for (std::size_t i = 0; i < primitives.size();) {
       const std::int32_t face = p.primitives[primitives[i]].face;
+      if (store->faces[face].is_mesh()) {  // every crossing counts: none is found twice
+        const std::size_t first = i;
+        while (i < primitives.size() && p.primitives[primitives[i]].face == face) ++i;
+        p.mesh_roots(std::span(primitives).subspan(first, i - first), local, kept);
+        continue;
+      }
       roots.clear();
       for (bool first = true; i < primitives.size() && p.primitives[primitives[i]].face == face;
            ++i, first = false) {
         const ScenePrimitive& primitive = p.primitives[primitives[i]];
-        if (!primitive.closed)
+        if (primitive.kind == PrimitiveKind::kPatch)
           p.leaf_roots(primitive.leaf, local, roots);
         else if (first)
           p.face_roots(face, local, roots);
@@ -202,7 +235,8 @@ void Scene::Impl::all_hits(const Ray& ray, std::vector<Hit>& out) const {
       out.push_back({t, root.face, index, root.uv_face, instance.normal(root.normal)});
     }
   });
-  std::sort(out.begin(), out.end(), [](const Hit& a, const Hit& b) {
+  // Stable: equal ones of a mesh face stay in the order of the triangles, as comes_before() has it.
+  std::stable_sort(out.begin(), out.end(), [](const Hit& a, const Hit& b) {
     return std::tuple(a.t, a.instance, a.face, a.uv_face.x, a.uv_face.y) <
            std::tuple(b.t, b.instance, b.face, b.uv_face.x, b.uv_face.y);
   });

@@ -13,15 +13,18 @@
 #include "core/trace/patch.h"
 #include "core/trace/scene.h"
 #include "core/trace/scene_edges.h"
+#include "core/trace/triangle_blocks.h"
 
 namespace trimray::trace {
+
+enum class PrimitiveKind : std::uint8_t { kClosedForm, kPatch, kTriangles };
 
 // A leaf of a prototype's hierarchy.
 struct ScenePrimitive {
   std::int32_t face = kNoFace;
-  std::int32_t leaf = -1;  // into closed_leaves or patches.leaves()
-  bool closed = false;     // closed form
-  bool inside = false;     // its uv part lies inside the trim loops
+  std::int32_t leaf = -1;  // into closed_leaves, patches.leaves() or triangles.blocks
+  PrimitiveKind kind = PrimitiveKind::kPatch;
+  bool inside = false;  // its uv part lies inside the trim loops
 };
 
 struct PrototypeScene {
@@ -35,6 +38,7 @@ struct PrototypeScene {
   PatchSet patches;
   std::vector<ClosedForm> forms;  // per face; kind kNone where there is none
   std::vector<ClosedLeaf> closed_leaves;
+  TriangleBlocks triangles;
   std::vector<ScenePrimitive> primitives;
   Bvh bvh;
   std::vector<std::int32_t> leaf_order,
@@ -61,7 +65,11 @@ struct PrototypeScene {
 
   // Appends the roots of the whole line on one patch leaf.
   void leaf_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
-  // All roots of the whole line on one face, sorted by t, each once.
+  // Appends the crossings of the whole line with the triangles of the primitives, which are of one mesh face,
+  // in the order of the triangles.
+  void mesh_roots(std::span<const std::int32_t> primitives, const Ray& ray, std::vector<Root>& out) const;
+  dvec3 mesh_normal(std::int32_t triangle) const;
+  // All roots of the whole line on one face, sorted by t, each once. Not for mesh faces.
   void face_roots(std::int32_t face, const Ray& ray, std::vector<Root>& out) const;
 };
 
@@ -103,13 +111,18 @@ struct Scene::Impl {
 };
 
 // Of two hits at one t, which counts? The order is total, so that the answer does not depend on the order
-// in which hits are found.
-inline bool comes_before(std::int32_t instance, std::int32_t face, dvec2 uv, std::int32_t other_instance,
-                         std::int32_t other_face, dvec2 other_uv) {
-  if (other_face == kNoFace) return true;
-  if (instance != other_instance) return instance < other_instance;
-  if (face != other_face) return face < other_face;
-  return uv.x != other_uv.x ? uv.x < other_uv.x : uv.y < other_uv.y;
+// in which hits are found. triangle: of mesh faces, else -1.
+struct HitPlace {
+  std::int32_t instance = -1, face = kNoFace;
+  dvec2 uv{0.0};
+  std::int32_t triangle = -1;
+};
+inline bool comes_before(const HitPlace& a, const HitPlace& b) {
+  if (b.face == kNoFace) return true;
+  if (a.instance != b.instance) return a.instance < b.instance;
+  if (a.face != b.face) return a.face < b.face;
+  if (a.uv.x != b.uv.x) return a.uv.x < b.uv.x;
+  return a.uv.y != b.uv.y ? a.uv.y < b.uv.y : a.triangle < b.triangle;
 }
 
 // Unit length up to rounding: t is then the same number in both frames.

@@ -15,9 +15,8 @@ struct WorldPacket {
   std::uint64_t near_edge = 0;
   RayBlock rays;  // tmax: the nearest hit so far
   RayPacket boxes;
-  std::int32_t face[kPacketSize], instance[kPacketSize];  // of that hit
-  dvec2 uv[kPacketSize];
-  dvec3 normal[kPacketSize];  // of patch roots, outward, in the prototype
+  HitPlace place[kPacketSize];  // of that hit
+  dvec3 normal[kPacketSize];    // of patch roots, outward, in the prototype
 
   WorldPacket(const Scene::Impl& s, TraceStats& counters) : scene(s), stats(counters) {}
 };
@@ -30,18 +29,22 @@ struct InstancePacket {
   RayBlock& rays;       // the world's own for an identity instance
   const double* scale;  // t here = t in the world * scale; null: all 1
   RayPacket boxes;
+  std::uint64_t sheared = 0;  // rays whose shear is known
+  RayShear shears[kPacketSize];
 
   InstancePacket(WorldPacket& w, const PrototypeScene& p, std::int32_t i, RayBlock& r, const double* s)
       : world(w), prototype(p), instance(i), rays(r), scale(s) {}
 
   Ray ray(int i) const { return {rays.origin(i), rays.direction(i), rays.tmin[i], rays.tmax[i]}; }
 
-  void consider(int i, double t_local, std::int32_t face, dvec2 uv, const dvec3* normal) {
+  void consider(int i, double t_local, std::int32_t face, dvec2 uv, const dvec3* normal,
+                std::int32_t triangle = -1) {
     const double t = scale ? t_local / scale[i] : t_local;
     const double best = world.rays.tmax[i];
     if (!(t >= world.rays.tmin[i] && t <= best)) return;
-    if (t == best && !comes_before(instance, face, uv, world.instance[i], world.face[i], world.uv[i])) return;
-    world.face[i] = face, world.instance[i] = instance, world.uv[i] = uv;
+    const HitPlace place{instance, face, uv, triangle};
+    if (t == best && !comes_before(place, world.place[i])) return;
+    world.place[i] = place;
     if (normal) world.normal[i] = *normal;
     world.rays.tmax[i] = t;
     rays.tmax[i] = t_local;
@@ -118,16 +121,36 @@ struct InstancePacket {
       }
     }
   }
+
+  void triangle_block(const ScenePrimitive& p, std::uint64_t active) {
+    for (std::uint64_t rest = active & ~sheared; rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      shears[i] = RayShear(rays.origin(i), rays.direction(i));
+    }
+    sheared |= active;
+    const TriangleBlock& block = prototype.triangles.blocks[p.leaf];
+    TriangleCrossing crossings[kPacketSize * kTrianglesPerBlock];
+    const int count = cross_triangles(block, shears, active, crossings);
+    for (int k = 0; k < count; ++k) {
+      const TriangleCrossing& c = crossings[k];
+      if (c.t >= rays.tmin[c.ray] && c.t <= rays.tmax[c.ray])
+        consider(c.ray, c.t, p.face, c.weights, nullptr, block.triangle[c.lane]);
+    }
+  }
 };
 
 void visit_primitive(void* context, std::int32_t index, std::uint64_t active) {
   auto& packet = *static_cast<InstancePacket*>(context);
   const ScenePrimitive& p = packet.prototype.primitives[index];
   packet.world.stats.leaves += std::popcount(active);
-  if (p.closed)
-    packet.closed_leaf(p, active);
-  else
-    packet.patch_leaf(p, active);
+  switch (p.kind) {
+    case PrimitiveKind::kClosedForm:
+      return packet.closed_leaf(p, active);
+    case PrimitiveKind::kPatch:
+      return packet.patch_leaf(p, active);
+    case PrimitiveKind::kTriangles:
+      return packet.triangle_block(p, active);
+  }
 }
 
 // Ray by ray, by the very steps of the exact way.
@@ -150,8 +173,9 @@ void trace_instance(InstancePacket& packet, std::uint64_t active) {
   packet.boxes.set(sieve.bvh(), packet.rays, active & ~world.near_edge);
   for (std::uint64_t rest = packet.boxes.live; rest != 0; rest &= rest - 1) {
     const int i = std::countr_zero(rest);
-    if (world.instance[i] == packet.instance)
-      packet.boxes.set_tmax(i, packet.rays.tmax[i] + packet.prototype.edge_reach(world.face[i], kGrazing));
+    if (world.place[i].instance == packet.instance)
+      packet.boxes.set_tmax(i,
+                            packet.rays.tmax[i] + packet.prototype.edge_reach(world.place[i].face, kGrazing));
   }
   if (packet.boxes.live != 0) world.near_edge |= sieve.near(packet.boxes, &world.stats.nodes);
 }
@@ -185,7 +209,6 @@ void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceSt
     const Ray& ray = rays[std::min(i, count - 1)];
     packet.rays.set(static_cast<int>(i), ray.org, ray.dir, ray.tmin, ray.tmax);
     packet.unit &= is_unit(glm::dot(ray.dir, ray.dir));
-    packet.face[i] = kNoFace, packet.instance[i] = -1;
   }
   packet.boxes.set(bvh, packet.rays,
                    count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
@@ -194,23 +217,26 @@ void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceSt
 
   std::vector<Hit> all;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::int32_t face = packet.face[i];
+    const HitPlace& place = packet.place[i];
+    const std::int32_t face = place.face;
     double limit = packet.rays.tmax[i];
     bool ask = (packet.near_edge >> i) & 1;
     out[i] = Hit{};
     if (face != kNoFace) {
-      const InstanceScene& instance = instances[packet.instance[i]];
+      const InstanceScene& instance = instances[place.instance];
       const PrototypeScene& prototype = *prototypes[instance.prototype];
       const ClosedForm& form = prototype.form(face);
       dvec3 n = packet.normal[i];
-      if (form.kind != nurbs::SurfaceKind::kNone) {
-        n = closed_form_normal(form, packet.uv[i]);
+      if (place.triangle >= 0) {
+        n = prototype.mesh_normal(place.triangle);
+      } else if (form.kind != nurbs::SurfaceKind::kNone) {
+        n = closed_form_normal(form, place.uv);
         if (store->faces[face].reversed) n = -n;
       }
       n = instance.normal(n);
-      out[i] = {limit, face, packet.instance[i], packet.uv[i], n};
+      out[i] = {limit, face, place.instance, place.uv, n};
       const double grazing = std::max(std::abs(glm::dot(n, rays[i].dir)), 1e-12);
-      ask |= grazing < kGrazing;
+      ask |= grazing < kGrazing && place.triangle < 0;
       if (ask) limit += prototype.edge_reach(face, grazing) * instance.largest_stretch;
     }
     if (!ask || !near_edge(rays[i], limit)) continue;
