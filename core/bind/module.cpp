@@ -15,4 +15,5 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_trace(m);
   trimray::bind::bind_measure(m);
   trimray::bind::bind_mesh_check(m);
+  trimray::bind::bind_mesh_measure(m);
 }

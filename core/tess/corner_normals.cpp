@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/nurbs/surface_form.h"
 #include "core/tess/corner_sets.h"
+#include "core/tess/mesh_measure.h"
 #include "core/tess/mesh_sides.h"
 
 namespace trimray::tess {
@@ -23,16 +23,6 @@ constexpr double kNudge = 1e-3;
 dvec3 unit(const dvec3& n) {
   const double length = glm::length(n);
   return length > 0.0 && length < kInf ? n / length : dvec3(0.0);
-}
-
-void check_fit(const NurbsStore& store, const TriMesh& mesh) {
-  const std::size_t n = mesh.triangles.size();
-  if (mesh.corner_uv.size() != n || mesh.face.size() != n)
-    throw ArgumentError("the mesh's arrays differ in length");
-  for (const std::int32_t f : mesh.face)
-    if (f < 0 || static_cast<std::size_t>(f) >= store.faces.size())
-      throw ArgumentError("the mesh names face " + std::to_string(f) + " of " +
-                          std::to_string(store.faces.size()));
 }
 
 // (0, 0, 0) where the surface has no normal.
@@ -72,7 +62,7 @@ void corners_of(const NurbsStore& store, const TriMesh& mesh, std::size_t i, dve
 }  // namespace
 
 std::vector<dvec3> corner_normals(const NurbsStore& store, const TriMesh& mesh, int threads) {
-  check_fit(store, mesh);
+  check_mesh_fits(store, mesh);
   const std::size_t count = 3 * mesh.triangles.size();
   const std::vector<Side> sides = sorted_sides(mesh.vertices.size(), mesh.triangles);
   std::vector<dvec3> own(count);

@@ -6,31 +6,12 @@
 
 #include "core/base/error.h"
 #include "core/nurbs/make_store.h"
-#include "core/nurbs/surface.h"
-#include "tests/core/tess/meshes.h"
+#include "tests/core/tess/face_grid.h"
 
 namespace trimray::tess {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-
-// A uv grid over the uv_box of a store's only face, seam and poles closed up by hand where asked.
-TriMesh face_grid(const nurbs::NurbsStore& store, int nu, int nv, bool wrap_u) {
-  const Box2 box = store.faces[0].uv_box;
-  const auto uv_of = [&](dvec2 ij) { return box.lower + ij / dvec2(nu, nv) * box.extent(); };
-  TriMesh mesh = grid(nu, nv, wrap_u, false, [&](int i, int j) {
-    return nurbs::evaluate(store, store.surfaces[0], uv_of(dvec2(i, j))).p;
-  });
-  for (auto& corners : mesh.corner_uv)
-    for (dvec2& uv : corners) uv = uv_of(uv);
-  if (store.faces[0].reversed) {
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
-      std::swap(mesh.corner_uv[i][0], mesh.corner_uv[i][1]);
-    }
-  }
-  return mesh;
-}
 
 TEST(CornerNormals, SphereHasItsOwnOutwardNormalsPolesIncluded) {
   for (const bool reversed : {false, true}) {

@@ -1,0 +1,155 @@
+#include "core/tess/mesh_measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/nurbs/surface_form.h"
+
+namespace trimray::tess {
+namespace {
+
+using nurbs::NurbsStore;
+
+constexpr int kMaxSteps = 30;
+
+// Distance of p from the surface, downhill from `uv`: Gauss-Newton steps, damped until they help. What it
+// gives is the distance of some point of the surface, so never less than the true distance.
+double descend(const nurbs::SurfaceView& surface, const dvec3& p, dvec2 uv) {
+  nurbs::SurfacePoint s = nurbs::evaluate(surface, uv);
+  double best = glm::distance(s.p, p);
+  double damping = 0.0;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const dvec3 d = p - s.p;
+    const double uu = glm::dot(s.du, s.du), uv_ = glm::dot(s.du, s.dv), vv = glm::dot(s.dv, s.dv);
+    const double a = uu * (1.0 + damping), b = vv * (1.0 + damping), det = a * b - uv_ * uv_;
+    const dvec2 g(glm::dot(s.du, d), glm::dot(s.dv, d));
+    dvec2 move(0.0);
+    if (det > 1e-14 * a * b)
+      move = dvec2(b * g.x - uv_ * g.y, a * g.y - uv_ * g.x) / det;
+    else  // a pole: only one direction moves the point
+      move = uu > vv ? dvec2(uu > 0.0 ? g.x / uu : 0.0, 0.0) : dvec2(0.0, vv > 0.0 ? g.y / vv : 0.0);
+    const nurbs::SurfacePoint next = nurbs::evaluate(surface, uv + move);
+    const double distance = glm::distance(next.p, p);
+    if (!(distance < best)) {
+      if (damping > 1e6) break;
+      damping = damping == 0.0 ? 1e-2 : 10.0 * damping;
+      continue;
+    }
+    const bool settled = best - distance <= 1e-9 * best;
+    uv += move, s = next, best = distance, damping *= 0.1;
+    if (settled) break;
+  }
+  return best;
+}
+
+double measure_triangle(const nurbs::SurfaceView& surface, const std::array<dvec2, 3>& uv,
+                        const std::array<dvec3, 3>& p, int n) {
+  double worst = 0.0;
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; i + j <= n; ++j) {
+      const double a = double(i) / n, b = double(j) / n, c = double(n - i - j) / n;
+      const dvec3 point = a * p[0] + b * p[1] + c * p[2];
+      const dvec2 at = a * uv[0] + b * uv[1] + c * uv[2];
+      const dvec3 exact = nurbs::evaluate_point(surface, at);
+      worst = std::max(worst, triangle_distance(exact, p));
+      // Its distance from the surface is at most that from `exact`: ask only when that could matter.
+      if (!(glm::distance(exact, point) > worst)) continue;
+      double distance = descend(surface, point, at);
+      for (int k = 0; k < 3 && distance > worst; ++k)
+        distance = std::min(distance, descend(surface, point, 0.5 * (at + uv[k])));
+      worst = std::max(worst, distance);
+    }
+  }
+  return worst;
+}
+
+// A number for a triangle that depends on nothing else (splitmix64).
+std::uint64_t shuffled(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+}  // namespace
+
+void check_mesh_fits(const NurbsStore& store, const TriMesh& mesh) {
+  const std::size_t n = mesh.triangles.size();
+  if (mesh.corner_uv.size() != n || mesh.face.size() != n)
+    throw ArgumentError("the mesh's arrays differ in length");
+  const auto within = [](std::int32_t i, std::size_t count) {
+    return i >= 0 && static_cast<std::size_t>(i) < count;
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    for (const std::int32_t v : mesh.triangles[i])
+      if (!within(v, mesh.vertices.size()))
+        throw ArgumentError("triangle " + std::to_string(i) + " names vertex " + std::to_string(v) + " of " +
+                            std::to_string(mesh.vertices.size()));
+    if (!within(mesh.face[i], store.faces.size()))
+      throw ArgumentError("triangle " + std::to_string(i) + " names face " + std::to_string(mesh.face[i]) +
+                          " of " + std::to_string(store.faces.size()));
+  }
+}
+
+// Voronoi regions of the triangle's features; section 5.1.5, C. Ericson, "Real-Time Collision Detection".
+double triangle_distance(const dvec3& p, const std::array<dvec3, 3>& t) {
+  const dvec3 ab = t[1] - t[0], ac = t[2] - t[0], n = glm::cross(ab, ac);
+  const auto to_segment = [&](const dvec3& a, const dvec3& b) {
+    const dvec3 d = b - a;
+    const double length = glm::dot(d, d);
+    const double x = length > 0.0 ? std::clamp(glm::dot(p - a, d) / length, 0.0, 1.0) : 0.0;
+    return glm::distance(p, a + x * d);
+  };
+  const double area = glm::dot(n, n);
+  // Of a needle the normal is noise; its sides say it all.
+  if (area > 1e-24 * glm::dot(ab, ab) * glm::dot(ac, ac)) {
+    const double b = glm::dot(glm::cross(p - t[0], ac), n), c = glm::dot(glm::cross(ab, p - t[0]), n);
+    if (b >= 0.0 && c >= 0.0 && b + c <= area) return std::abs(glm::dot(p - t[0], n)) / std::sqrt(area);
+  }
+  return std::min({to_segment(t[0], t[1]), to_segment(t[1], t[2]), to_segment(t[2], t[0])});
+}
+
+std::vector<double> measure_deviation(const NurbsStore& store, const TriMesh& mesh,
+                                      const MeasureOptions& options) {
+  check_mesh_fits(store, mesh);
+  if (options.subdivisions < 1 || options.subdivisions > 1000)
+    throw ArgumentError("subdivisions must be in 1..1000");
+  const std::size_t count = mesh.triangles.size();
+  const double share = options.most_triangles > 0 && count > 0
+                           ? static_cast<double>(options.most_triangles) / static_cast<double>(count)
+                           : 1.0;
+  std::vector<double> result(count, kNaN);
+  parallel_ranges(count, 64, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const nurbs::Face& face = store.faces[mesh.face[i]];
+      if (face.surface < 0 || face.triangles.size() > 0 || face.status != nurbs::FaceStatus::kOk) continue;
+      if (share < 1.0 && static_cast<double>(shuffled(i ^ (options.seed << 40)) >> 11) * 0x1p-53 >= share)
+        continue;
+      const auto& t = mesh.triangles[i];
+      result[i] = measure_triangle(nurbs::view(store, store.surfaces[face.surface]), mesh.corner_uv[i],
+                                   {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
+                                   options.subdivisions);
+    }
+  });
+  return result;
+}
+
+std::vector<FaceCover> measure_cover(const NurbsStore& store, const TriMesh& mesh) {
+  check_mesh_fits(store, mesh);
+  std::vector<FaceCover> faces(store.faces.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& uv = mesh.corner_uv[i];
+    const dvec2 a = uv[1] - uv[0], b = uv[2] - uv[0];
+    const double area = 0.5 * (a.x * b.y - a.y * b.x);
+    FaceCover& f = faces[mesh.face[i]];
+    ++f.triangles;
+    f.uv_area += area;
+    f.turned_over += !(store.faces[mesh.face[i]].reversed ? area < 0.0 : area > 0.0);
+  }
+  return faces;
+}
+
+}  // namespace trimray::tess
