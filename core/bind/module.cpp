@@ -14,6 +14,7 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_view(m);
   trimray::bind::bind_trace(m);
   trimray::bind::bind_measure(m);
+  trimray::bind::bind_tess(m);
   trimray::bind::bind_mesh_check(m);
   trimray::bind::bind_mesh_measure(m);
 }

@@ -17,9 +17,10 @@ struct TriMesh {
   std::vector<std::array<std::int32_t, 3>> triangles;  // into vertices
   std::vector<std::array<dvec2, 3>> corner_uv;         // uv_face, by triangle; barycentric for mesh faces
   std::vector<std::int32_t> face;                      // NurbsStore::faces, by triangle
-  // By triangle, mm, proven: no point of the triangle is farther from the face's surface, nor any point of
-  // the surface over its uv triangle (and of the sliver between its rim and the face's edge) from the
-  // triangle. 0 for mesh faces, whose triangles are the truth. kInf where nothing is proven (fallback).
+  // By triangle, mm, proven: no point of the triangle is farther from the face's surface (untrimmed); and
+  // for a side on an edge of the model no point of the side is farther from the edge's curve, nor any point
+  // of the curve between the side's ends from the side. 0 for mesh faces, whose triangles are the truth.
+  // kInf where nothing is proven (fallback).
   std::vector<double> deviation;
 };
 

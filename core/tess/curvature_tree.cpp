@@ -1,0 +1,250 @@
+#include "core/tess/curvature_tree.h"
+
+#include <cmath>
+
+#include "core/nurbs/bezier.h"
+
+namespace trimray::tess {
+
+using nurbs::BezierPatches;
+
+namespace {
+
+// Halves a Bezier net at 1/2 along u or v (de Casteljau); both halves have the net's layout.
+void halve(const std::vector<dvec4>& net, int p, int q, bool along_u, std::vector<dvec4>& lower,
+           std::vector<dvec4>& upper) {
+  lower.resize(net.size()), upper = net;
+  const int row = q + 1, degree = along_u ? p : q, lines = along_u ? q + 1 : p + 1;
+  const int step = along_u ? row : 1, line_step = along_u ? 1 : row;
+  for (int l = 0; l < lines; ++l) {
+    dvec4* c = upper.data() + l * line_step;
+    dvec4* out = lower.data() + l * line_step;
+    for (int k = 0; k <= degree; ++k) {
+      out[k * step] = c[0];
+      for (int i = 0; i + k < degree; ++i) c[i * step] = 0.5 * (c[i * step] + c[(i + 1) * step]);
+    }
+  }
+}
+
+Box3 net_box(const std::vector<dvec4>& net) {
+  Box3 box;
+  for (const dvec4& h : net) box.add(dvec3(h.x, h.y, h.z) / h.w);
+  return box;
+}
+
+}  // namespace
+
+struct CurvatureTree::Builder {
+  CurvatureTree& tree;
+  const Chart& chart;
+  const ToleranceField& tolerance;
+  double angle;
+  BezierPatches patches;
+  bool rational = false;
+
+  static constexpr int kMaxDepth = 24;
+  static constexpr int kMaxCells = 4096;  // of a leaf, in one direction
+
+  // The jump of the first derivative over the knot line between two patches, along u or v.
+  Box3 kink(int first, int second, bool along_u) const {
+    const int p = patches.degree_u, q = patches.degree_v, row = q + 1;
+    const dvec4* a = patches.ctrl_h.data() + std::size_t(first) * patches.points();
+    const dvec4* b = patches.ctrl_h.data() + std::size_t(second) * patches.points();
+    const double da = along_u ? patches.uv_face[first].extent().x : patches.uv_face[first].extent().y;
+    const double db = along_u ? patches.uv_face[second].extent().x : patches.uv_face[second].extent().y;
+    const int degree = along_u ? p : q, lines = along_u ? q + 1 : p + 1, step = along_u ? row : 1,
+              line_step = along_u ? 1 : row;
+    Box3 jump;
+    double speed = 0.0;
+    for (int l = 0; l < lines; ++l) {
+      const dvec4 at = b[l * line_step], before = a[(degree - 1) * step + l * line_step],
+                  after = b[step + l * line_step];
+      const dvec3 origin = dvec3(at.x, at.y, at.z) / at.w;
+      const auto relative = [&](const dvec4& h) { return (dvec3(h.x, h.y, h.z) - h.w * origin) / at.w; };
+      const dvec3 out = double(degree) / db * relative(after), in = double(degree) / da * -relative(before);
+      jump.add(out - in);
+      speed = std::max(speed, std::max(glm::length(out), glm::length(in)));
+    }
+    // Weights at the line vary: the hull holds up to their ratio; kinks are rare, so no more care is taken.
+    if (largest(jump) <= 1e-9 * speed) return {};
+    return rational ? Interval{0.5, 2.0} * jump : jump;
+  }
+
+  void kinks(int u0, int u1, int v0, int v1, bool along_u, int at, CurvatureRange& r) const {
+    const int begin = along_u ? v0 : u0, end = along_u ? v1 : u1;
+    Box3 all;
+    for (int k = begin; k < end; ++k) {
+      const int first = along_u ? (at - 1) * patches.spans_v + k : k * patches.spans_v + at - 1;
+      const int second = along_u ? at * patches.spans_v + k : k * patches.spans_v + at;
+      all.add(kink(first, second, along_u));
+    }
+    if (all.empty()) return;
+    (along_u ? r.kink_u : r.kink_v).add(all);
+    ++(along_u ? r.kinks_u : r.kinks_v);
+  }
+
+  int add(const Box2& box) {
+    tree.nodes_.push_back({box, {}, {-1, -1}});
+    return static_cast<int>(tree.nodes_.size()) - 1;
+  }
+
+  // Patches [u0, u1) x [v0, v1).
+  int grid(int u0, int u1, int v0, int v1) {
+    const Box2 box{patches.uv_face[u0 * patches.spans_v + v0].lower,
+                   patches.uv_face[(u1 - 1) * patches.spans_v + v1 - 1].upper};
+    if (u1 - u0 == 1 && v1 - v0 == 1) {
+      const auto* net = patches.ctrl_h.data() + std::size_t(u0 * patches.spans_v + v0) * patches.points();
+      return cell(box, {net, net + patches.points()}, 0);
+    }
+    const int node = add(box);
+    const bool along_u = u1 - u0 >= v1 - v0;
+    const int middle = along_u ? (u0 + u1) / 2 : (v0 + v1) / 2;
+    const int a = along_u ? grid(u0, middle, v0, v1) : grid(u0, u1, v0, middle);
+    const int b = along_u ? grid(middle, u1, v0, v1) : grid(u0, u1, middle, v1);
+    CurvatureRange r = tree.nodes_[a].range;
+    r.add(tree.nodes_[b].range);
+    kinks(u0, u1, v0, v1, along_u, middle, r);
+    tree.nodes_[node].range = r;
+    tree.nodes_[node].child[0] = a, tree.nodes_[node].child[1] = b;
+    return node;
+  }
+
+  // A part of one patch, or of a closed form (net empty).
+  int cell(const Box2& box, std::vector<dvec4> net, int depth) {
+    const int node = add(box);
+    const dvec2 e = box.extent();
+    CurvatureRange& r = tree.nodes_[node].range;
+    r.second = net.empty() ? closed_form_range(chart.surface(), box)
+                           : patch_range(net.data(), patches.degree_u, patches.degree_v, e, rational);
+    const DerivativeRange second = r.second;
+    const nurbs::SurfacePoint middle = chart.at(box.center());
+    const dvec3 cross = glm::cross(middle.du, middle.dv);
+    const double length = glm::length(cross);
+    const dvec3 n = length > 0.0 ? cross / length : dvec3(0.0);
+    const auto size = [&](const Box3& b, double scale, double& loose) {
+      const double half = scale * glm::dot(glm::abs(n), 0.5 * b.extent());
+      loose += half;
+      return length > 0.0 ? scale * std::abs(glm::dot(n, b.center())) + half : scale * largest(b);
+    };
+    double loose_u = 0.0, loose_v = 0.0, loose_uv = 0.0;
+    double a = size(second.uu, e.x * e.x, loose_u), c = size(second.vv, e.y * e.y, loose_v);
+    const double b = size(second.uv, e.x * e.y, loose_uv);
+    double limit;
+    {
+      Box3 place;
+      if (net.empty()) {
+        place.add(middle.p);
+        place.dilate(0.5 * (second.su * e.x + second.sv * e.y));
+      } else {
+        place = net_box(net);
+      }
+      limit = 8.0 * tolerance.at(place);
+    }
+    GridLeaf leaf{box, 1, 1};
+    const double total = a + 2.0 * b + c, loose = loose_u + 2.0 * loose_uv + loose_v;
+    const double turn_u = second.su > 0.0 ? a / (second.su * e.x) : 0.0,
+                 turn_v = second.sv > 0.0 ? c / (second.sv * e.y) : 0.0;
+    if (total > limit || turn_u > angle || turn_v > angle)
+      choose_counts(a, b, c, limit, turn_u, turn_v, leaf);
+    const double cells = double(leaf.count_u) * leaf.count_v;
+    const double share = cells > 64 ? 0.1 : cells > 8 ? 0.2 : 0.5;
+    if (cells > 1.0 && loose > share * total && depth < kMaxDepth) {
+      const bool along_u =
+          a + b * 0.5 * (leaf.count_u >= leaf.count_v) >= c + b * 0.5 * (leaf.count_u < leaf.count_v);
+      Box2 first = box, second_box = box;
+      const int d = along_u ? 0 : 1;
+      first.upper[d] = second_box.lower[d] = box.center()[d];
+      std::vector<dvec4> lower, upper;
+      if (!net.empty()) halve(net, patches.degree_u, patches.degree_v, along_u, lower, upper);
+      const int x = cell(first, std::move(lower), depth + 1);
+      const int y = cell(second_box, std::move(upper), depth + 1);
+      CurvatureRange both = tree.nodes_[x].range;
+      both.add(tree.nodes_[y].range);
+      tree.nodes_[node].range = both;
+      tree.nodes_[node].child[0] = x, tree.nodes_[node].child[1] = y;
+      return node;
+    }
+    tree.leaves_.push_back(leaf);
+    return node;
+  }
+
+  // The fewest cells with a / ku^2 + 2 b / (ku kv) + c / kv^2 <= limit.
+  void choose_counts(double a, double b, double c, double limit, double turn_u, double turn_v,
+                     GridLeaf& leaf) const {
+    const auto count = [](double x) {
+      return std::clamp(static_cast<int>(std::ceil(std::min(x, double(kMaxCells)) - 1e-9)), 1, kMaxCells);
+    };
+    int least_u = 1, least_v = 1;
+    if (angle < kInf) least_u = count(turn_u / angle), least_v = count(turn_v / angle);
+    const double root_a = std::sqrt(a), root_c = std::sqrt(c);
+    // Where one direction is flat it needs no lines of its own; what the mixed term costs goes to both.
+    double ku, kv;
+    if (root_c < 0.05 * root_a + 1e-300 && b * b < 0.01 * a * limit)
+      ku = std::sqrt(a / limit) * 1.1, kv = 1.0;
+    else if (root_a < 0.05 * root_c && b * b < 0.01 * c * limit)
+      kv = std::sqrt(c / limit) * 1.1, ku = 1.0;
+    else {
+      const double lean = std::max(root_a, 1e-3 * root_c), upright = std::max(root_c, 1e-3 * root_a);
+      const double s =
+          std::sqrt((a / (lean * lean) + 2.0 * b / (lean * upright) + c / (upright * upright)) / limit);
+      ku = lean * s, kv = upright * s;
+    }
+    leaf.count_u = std::max(least_u, count(ku)), leaf.count_v = std::max(least_v, count(kv));
+    // Rounding up one direction may let the other have fewer.
+    const auto holds = [&](double x, double y) {
+      return a / (x * x) + 2.0 * b / (x * y) + c / (y * y) <= limit;
+    };
+    while (leaf.count_v > least_v && holds(leaf.count_u, leaf.count_v - 1)) --leaf.count_v;
+    while (leaf.count_u > least_u && holds(leaf.count_u - 1, leaf.count_v)) --leaf.count_u;
+  }
+};
+
+CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart, const Box2& box,
+                             const ToleranceField& tolerance, double angle) {
+  Builder b{*this, chart, tolerance, angle, {}, chart.surface().rational};
+  if (chart.closed_form()) {
+    b.cell(box, {}, 0);
+    return;
+  }
+  b.patches = nurbs::bezier_patches(store, chart.surface());
+  // The patches that the face touches.
+  const auto& p = b.patches;
+  int u0 = 0, u1 = p.spans_u, v0 = 0, v1 = p.spans_v;
+  while (u0 + 1 < u1 && p.uv_face[u0 * p.spans_v].upper.x <= box.lower.x) ++u0;
+  while (u1 - 1 > u0 && p.uv_face[(u1 - 1) * p.spans_v].lower.x >= box.upper.x) --u1;
+  while (v0 + 1 < v1 && p.uv_face[v0].upper.y <= box.lower.y) ++v0;
+  while (v1 - 1 > v0 && p.uv_face[v1 - 1].lower.y >= box.upper.y) --v1;
+  b.grid(u0, u1, v0, v1);
+}
+
+CurvatureRange CurvatureTree::over(const Box2& box) const {
+  CurvatureRange r;
+  gather(0, box, r);
+  return r;
+}
+
+void CurvatureTree::gather(int index, const Box2& box, CurvatureRange& out) const {
+  const Node& node = nodes_[index];
+  if (node.child[0] < 0 || (glm::all(glm::lessThanEqual(box.lower, node.box.lower)) &&
+                            glm::all(glm::lessThanEqual(node.box.upper, box.upper)))) {
+    out.add(node.range);
+    return;
+  }
+  // Outside of the root the nearest leaves' polynomials go on.
+  const Box2& a = nodes_[node.child[0]].box;
+  const int d = nodes_[node.child[1]].box.lower.x > a.lower.x ? 0 : 1;
+  const bool lower = box.lower[d]<a.upper[d], upper = box.upper[d]> a.upper[d];
+  if (lower || !upper) gather(node.child[0], box, out);
+  if (upper) gather(node.child[1], box, out);
+  if (lower && upper) {
+    // A kink on this very line; those inside the halves came with them.
+    if (node.range.kinks_u + node.range.kinks_v == 0) return;
+    const Node &x = nodes_[node.child[0]], &y = nodes_[node.child[1]];
+    const int own_u = node.range.kinks_u - x.range.kinks_u - y.range.kinks_u;
+    const int own_v = node.range.kinks_v - x.range.kinks_v - y.range.kinks_v;
+    if (own_u > 0) out.kink_u.add(node.range.kink_u), out.kinks_u += own_u;
+    if (own_v > 0) out.kink_v.add(node.range.kink_v), out.kinks_v += own_v;
+  }
+}
+
+}  // namespace trimray::tess

@@ -1,0 +1,304 @@
+#include "core/tess/tessellate.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include "core/base/parallel.h"
+#include "core/tess/face_mesh.h"
+
+namespace trimray::tess {
+
+using nurbs::CoEdge;
+using nurbs::Edge;
+using nurbs::Face;
+using nurbs::FaceStatus;
+using nurbs::NurbsStore;
+using nurbs::Prototype;
+
+namespace {
+
+constexpr int kRounds = 12;
+
+// A side of a triangle as its two vertices, for finding sides that more faces use than may.
+struct SideUse {
+  VertexKey low, high;
+  std::int32_t face, triangle;
+  std::int8_t side;
+  bool forward;
+};
+
+class Tessellator {
+ public:
+  Tessellator(const NurbsStore& store, std::int32_t prototype, const ToleranceField& tolerance,
+              const TessOptions& options)
+      : store_(store),
+        prototype_(store.prototypes[prototype]),
+        limits_{&tolerance, options.angle},
+        threads_(options.threads) {}
+
+  Tessellation run() {
+    const std::int32_t faces = prototype_.faces.size();
+    charts_.resize(faces), meshes_.resize(faces), hints_.resize(faces);
+    for (std::int32_t i = 0; i < faces; ++i) {
+      const Face& f = face(i);
+      if (f.status == FaceStatus::kOk && f.surface >= 0 && f.triangles.size() == 0)
+        charts_[i] = std::make_unique<Chart>(store_, store_.surfaces[f.surface]);
+    }
+    unite_vertices();
+    sample_edges();
+    std::vector<std::int32_t> todo;
+    for (std::int32_t i = 0; i < faces; ++i)
+      if (charts_[i]) todo.push_back(i);
+    for (int round = 0; round < kRounds && !todo.empty(); ++round) {
+      mesh(todo);
+      todo = next(round + 1 < kRounds);
+    }
+    cover();
+    return stitch();
+  }
+
+ private:
+  const Face& face(std::int32_t i) const { return store_.faces[prototype_.faces.begin + i]; }
+
+  // Synthetic edges have vertices of their own, and loops may be open within tolerance: vertices that follow
+  // on one another at one place are one.
+  void unite_vertices() {
+    wireframe_.vertex_begin = prototype_.vertices.begin, wireframe_.edge_begin = prototype_.edges.begin;
+    wireframe_.one.resize(prototype_.vertices.size());
+    std::iota(wireframe_.one.begin(), wireframe_.one.end(), prototype_.vertices.begin);
+    const double least = 1e-9 * prototype_.bounds.diagonal();
+    for (std::int32_t i = 0; i < prototype_.faces.size(); ++i) {
+      if (!charts_[i]) continue;
+      const nurbs::Range& loops = face(i).loops;
+      for (std::int32_t l = loops.begin; l < loops.end; ++l) {
+        const nurbs::Range& coedges = store_.loops[l].coedges;
+        for (std::int32_t c = coedges.begin; c < coedges.end; ++c) {
+          const CoEdge &a = store_.coedges[c],
+                       &b = store_.coedges[c + 1 < coedges.end ? c + 1 : coedges.begin];
+          const Edge &from = store_.edges[a.edge], &to = store_.edges[b.edge];
+          const std::int32_t v = from.vertex[a.reversed ? 0 : 1], w = to.vertex[b.reversed ? 1 : 0];
+          if (v == w) continue;
+          const nurbs::Vertex &p = store_.vertices[v], &q = store_.vertices[w];
+          const double reach = std::max({least, from.band, to.band, p.tolerance, q.tolerance});
+          if (glm::distance(p.point, q.point) <= 2.0 * reach) unite(v, w);
+        }
+      }
+    }
+    for (std::size_t i = 0; i < wireframe_.one.size(); ++i)
+      wireframe_.one[i] = root(static_cast<std::int32_t>(i) + wireframe_.vertex_begin);
+  }
+
+  std::int32_t root(std::int32_t v) const {
+    while (wireframe_.one[v - wireframe_.vertex_begin] != v) v = wireframe_.one[v - wireframe_.vertex_begin];
+    return v;
+  }
+
+  void unite(std::int32_t v, std::int32_t w) {
+    v = root(v), w = root(w);
+    wireframe_.one[std::max(v, w) - wireframe_.vertex_begin] = std::min(v, w);
+  }
+
+  void sample_edges() {
+    const std::int32_t edges = prototype_.edges.size();
+    wireframe_.polylines.resize(edges);
+    parallel_ranges(edges, 8, threads_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Edge& edge = store_.edges[prototype_.edges.begin + i];
+        std::vector<EdgeUse> uses;
+        for (std::int32_t k = edge.coedges.begin; k < edge.coedges.end; ++k) {
+          const std::int32_t c = store_.edge_coedges[k];
+          const Chart* chart = charts_[store_.coedges[c].face - prototype_.faces.begin].get();
+          if (chart != nullptr) uses.push_back({chart, c});
+        }
+        if (uses.empty()) continue;
+        EdgePolyline& line = wireframe_.polylines[i];
+        line = make_polyline(store_, edge, uses, limits_);
+        // Vertices that are one stand at one place.
+        for (const int k : {0, 1})
+          line.points[k == 0 ? 0 : line.points.size() - 1] =
+              store_.vertices[wireframe_.one[edge.vertex[k] - wireframe_.vertex_begin]].point;
+      }
+    });
+  }
+
+  void mesh(const std::vector<std::int32_t>& todo) {
+    parallel_ranges(todo.size(), 1, threads_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        const std::int32_t i = todo[k], f = prototype_.faces.begin + i;
+        const FacePolygon polygon = make_polygon(store_, f, *charts_[i], wireframe_, limits_);
+        meshes_[i] = mesh_face(store_, f, *charts_[i], polygon, limits_, hints_[i]);
+      }
+    });
+  }
+
+  // Grants what faces ask for; returns those that must be meshed again.
+  std::vector<std::int32_t> next(bool more) {
+    std::vector<std::array<std::int32_t, 2>> split;
+    std::vector<bool> again(meshes_.size(), false);
+    for (const FaceMesh& m : meshes_) split.insert(split.end(), m.split.begin(), m.split.end());
+    if (split.empty()) separate(split, again);
+    if (!more) return {};
+    std::sort(split.begin(), split.end());
+    split.erase(std::unique(split.begin(), split.end()), split.end());
+    for (std::size_t i = 0; i < split.size();) {
+      const std::int32_t e = split[i][0];
+      std::vector<int> segments;
+      for (; i < split.size() && split[i][0] == e; ++i) segments.push_back(split[i][1]);
+      const Edge& edge = store_.edges[e];
+      split_segments(store_, edge, segments, wireframe_.polylines[e - wireframe_.edge_begin]);
+      for (std::int32_t k = edge.coedges.begin; k < edge.coedges.end; ++k)
+        again[store_.coedges[store_.edge_coedges[k]].face - prototype_.faces.begin] = true;
+    }
+    std::vector<std::int32_t> todo;
+    for (std::size_t i = 0; i < again.size(); ++i)
+      if (again[i] && charts_[i]) todo.push_back(static_cast<std::int32_t>(i));
+    return todo;
+  }
+
+  // Two faces may draw a side between the same two vertices, though they do not meet there (a face so coarse
+  // that it is as flat as its neighbour): such sides get a point more.
+  void separate(std::vector<std::array<std::int32_t, 2>>& split, std::vector<bool>& again) {
+    std::vector<SideUse> sides;
+    for (std::size_t i = 0; i < meshes_.size(); ++i)
+      for (std::size_t t = 0; t < meshes_[i].triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) {
+          const VertexKey a = meshes_[i].triangles[t][k], b = meshes_[i].triangles[t][(k + 1) % 3];
+          if (a < 0 || b < 0) continue;  // a face's own point: nobody else's side
+          sides.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(i),
+                           static_cast<std::int32_t>(t), static_cast<std::int8_t>(k), a < b});
+        }
+    std::sort(sides.begin(), sides.end(), [](const SideUse& a, const SideUse& b) {
+      return std::tie(a.low, a.high, a.face, a.triangle, a.side) <
+             std::tie(b.low, b.high, b.face, b.triangle, b.side);
+    });
+    for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+      int forward = 0;
+      for (end = begin;
+           end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high;
+           ++end)
+        forward += sides[end].forward;
+      const int count = static_cast<int>(end - begin);
+      if (count <= 2 && forward <= 1 && count - forward <= 1) continue;
+      for (std::size_t k = begin; k < end; ++k) part(sides[k], split, again);
+    }
+  }
+
+  void part(const SideUse& s, std::vector<std::array<std::int32_t, 2>>& split, std::vector<bool>& again) {
+    const FaceMesh& m = meshes_[s.face];
+    const VertexKey a = m.triangles[s.triangle][s.side], b = m.triangles[s.triangle][(s.side + 1) % 3];
+    const Chart& chart = *charts_[s.face];
+    const FacePolygon polygon =
+        make_polygon(store_, prototype_.faces.begin + s.face, chart, wireframe_, limits_);
+    for (const auto& loop : polygon.loops)
+      for (std::size_t i = 0; i < loop.size(); ++i) {
+        const BoundaryPoint &p = loop[i], &q = loop[(i + 1) % loop.size()];
+        if (!((p.vertex == a && q.vertex == b) || (p.vertex == b && q.vertex == a))) continue;
+        // More faces than two on one edge is how the model is.
+        const Edge* edge = p.edge >= 0 ? &store_.edges[p.edge] : nullptr;
+        if (edge != nullptr && edge->coedges.size() <= 2) split.push_back({p.edge, p.segment});
+        return;
+      }
+    const auto& uv = m.corner_uv[s.triangle];
+    hints_[s.face].points.push_back(0.5 *
+                                    (chart.from_face(uv[s.side]) + chart.from_face(uv[(s.side + 1) % 3])));
+    again[s.face] = true;
+  }
+
+  void cover() {
+    for (std::int32_t i = 0; i < prototype_.faces.size(); ++i) {
+      if (!charts_[i]) continue;
+      FaceMesh& m = meshes_[i];
+      if (m.failure.empty()) continue;
+      result_.issues.push_back({prototype_.faces.begin + i, m.failure});
+      if (!m.triangles.empty()) continue;
+      const FacePolygon polygon =
+          make_polygon(store_, prototype_.faces.begin + i, *charts_[i], wireframe_, limits_);
+      m = cover_face(store_, prototype_.faces.begin + i, *charts_[i], polygon);
+    }
+  }
+
+  Tessellation stitch() {
+    TriMesh& out = result_.mesh;
+    std::size_t triangles = 0;
+    for (const FaceMesh& m : meshes_) triangles += m.triangles.size();
+    out.triangles.reserve(triangles), out.corner_uv.reserve(triangles), out.face.reserve(triangles),
+        out.deviation.reserve(triangles);
+    std::vector<std::int32_t> of_vertex(prototype_.vertices.size(), -1);
+    std::vector<std::vector<std::int32_t>> of_sample(wireframe_.polylines.size());
+    const auto place = [&](std::int32_t& number, const dvec3& p) {
+      if (number < 0) number = static_cast<std::int32_t>(out.vertices.size()), out.vertices.push_back(p);
+      return number;
+    };
+    for (std::int32_t i = 0; i < prototype_.faces.size(); ++i) {
+      if (face(i).triangles.size() > 0) take_mesh_face(prototype_.faces.begin + i);
+      const FaceMesh& m = meshes_[i];
+      std::vector<std::int32_t> own(m.own_vertices.size(), -1);
+      for (std::size_t t = 0; t < m.triangles.size(); ++t) {
+        std::array<std::int32_t, 3> corner;
+        for (int k = 0; k < 3; ++k) {
+          const VertexKey key = m.triangles[t][k];
+          if (key < 0) {
+            corner[k] = place(own[-1 - key], m.own_vertices[-1 - key]);
+          } else if (key < kInnerSample) {
+            corner[k] = place(of_vertex[key - wireframe_.vertex_begin], store_.vertices[key].point);
+          } else {
+            const EdgePolyline& line = wireframe_.polyline(key_edge(key));
+            auto& numbers = of_sample[key_edge(key) - wireframe_.edge_begin];
+            numbers.resize(line.points.size(), -1);
+            corner[k] = place(numbers[key_sample(key)], line.points[key_sample(key)]);
+          }
+        }
+        out.triangles.push_back(corner);
+        out.corner_uv.push_back(m.corner_uv[t]);
+        out.face.push_back(prototype_.faces.begin + i);
+        out.deviation.push_back(m.deviation[t]);
+      }
+    }
+    return std::move(result_);
+  }
+
+  void take_mesh_face(std::int32_t f) {
+    TriMesh& out = result_.mesh;
+    std::vector<std::pair<std::int32_t, std::int32_t>> numbers;  // of mesh vertices that the face uses
+    const nurbs::Range& range = store_.faces[f].triangles;
+    for (std::int32_t t = range.begin; t < range.end; ++t)
+      for (const std::int32_t v : store_.mesh_triangles[t]) numbers.push_back({v, -1});
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    for (auto& [v, number] : numbers) {
+      number = static_cast<std::int32_t>(out.vertices.size());
+      out.vertices.push_back(store_.mesh_vertices[v]);
+    }
+    for (std::int32_t t = range.begin; t < range.end; ++t) {
+      std::array<std::int32_t, 3> corner;
+      for (int k = 0; k < 3; ++k)
+        corner[k] =
+            std::lower_bound(numbers.begin(), numbers.end(), std::pair{store_.mesh_triangles[t][k], -1})
+                ->second;
+      out.triangles.push_back(corner);
+      out.corner_uv.push_back({dvec2(0, 0), dvec2(1, 0), dvec2(0, 1)});
+      out.face.push_back(f);
+      out.deviation.push_back(0.0);
+    }
+  }
+
+  const NurbsStore& store_;
+  const Prototype& prototype_;
+  EdgeLimits limits_;
+  int threads_;
+  Wireframe wireframe_;
+  std::vector<std::unique_ptr<Chart>> charts_;
+  std::vector<FaceMesh> meshes_;
+  std::vector<FaceHints> hints_;
+  Tessellation result_;
+};
+
+}  // namespace
+
+Tessellation tessellate(const NurbsStore& store, std::int32_t prototype, const ToleranceField& tolerance,
+                        const TessOptions& options) {
+  return Tessellator(store, prototype, tolerance, options).run();
+}
+
+}  // namespace trimray::tess
