@@ -52,6 +52,32 @@ class Store:
         """
 
     @staticmethod
+    def from_triangles(
+        vertices: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        triangles: Annotated[
+            NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        group_ends: Annotated[
+            NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)
+        ],
+        colors: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)
+        ],
+        meta: str,
+    ) -> Store:
+        """
+        A model that comes as triangles: vertices (n, 3) float64, mm; triangles (m, 3) int32, counter-clockwise from outside; group_ends (g,) int32: each group of triangles, up to its end, is one face; colors (g, 4) float32, sRGB-encoded, red -1 for none. ArgumentError: an index that names nothing, a coordinate that is not finite, groups that are empty or do not cover the triangles.
+        """
+
+    @staticmethod
+    def merge(stores: Sequence[Store], meta: str) -> Store:
+        """
+        All prototypes, instances and faces of the first store, then those of the second, and so on. ArgumentError: too large together.
+        """
+
+    @staticmethod
     def load(data: bytes) -> Store:
         """From what save() gave. FormatError: anything else."""
 
@@ -246,6 +272,9 @@ class Scene:
     ) -> dict[str, Any]:
         """Planes of a picture by name, each (height, width[, channels])."""
 
+def near_edge(scene: Scene, org: Sequence[float], dir: Sequence[float], tmax: float) -> bool:
+    """Does the ray pass an edge within its band before tmax (mm)?"""
+
 def measure_cast(
     scene: Scene,
     org: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
@@ -259,4 +288,72 @@ def measure_cast(
 def edge_points(store: Store, per_edge: int = 2) -> NDArray[numpy.float64]:
     """
     (n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance.
+    """
+
+class MeshFile:
+    """What read_mesh_file() found."""
+
+    def vertices(self) -> NDArray[numpy.float64]:
+        """(n, 3) float64, as they stand in the file; taken as mm."""
+
+    def triangles(self) -> NDArray[numpy.int32]:
+        """(m, 3) int32."""
+
+    def group_ends(self) -> NDArray[numpy.int32]:
+        """(g,) int32: one past the last triangle of each group."""
+
+    def group_colors(self) -> NDArray[numpy.float32]:
+        """(g, 4) float32, sRGB-encoded; red -1 where there is none."""
+
+    def group_names(self) -> list[bytes]:
+        """Bytes as in the file, by group; often empty."""
+
+    @property
+    def faces(self) -> int:
+        """Polygons in the file."""
+
+    @property
+    def left_out(self) -> int:
+        """Of them, those without three different corners."""
+
+    @property
+    def mixed_colors(self) -> bool:
+        """More colours than groups are worth: the groups have their mean."""
+
+    @property
+    def binary(self) -> bool:
+        """Not a text."""
+
+def read_mesh_file(path: str, format: str) -> MeshFile:
+    """
+    A file of triangles; format: stl, obj, ply or off. FormatError: damaged, or no such file.
+    """
+
+def write_mesh_file(
+    format: str,
+    vertices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    triangles: Annotated[
+        NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    normals: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    colors: Annotated[NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)],
+) -> bytes:
+    """
+    The bytes of a stl, obj, ply or off file. normals: by vertex, (0, 3) for none; colors: by triangle, (0, 4) for none. Equal arguments give equal bytes. ArgumentError: the arrays do not fit.
+    """
+
+def check_mesh(
+    vertices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    triangles: Annotated[
+        NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+) -> dict[str, Any]:
+    """
+    Open and non-manifold edges, non-manifold vertices, degenerate triangles, volume (mm^3) and area (mm^2) of the mesh. ArgumentError: a triangle names a vertex that does not exist.
     """

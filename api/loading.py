@@ -13,6 +13,7 @@ from .hierarchy import Hierarchy
 from .importer.errors import InputError
 
 if TYPE_CHECKING:
+    from .importer import BrepModel, MeshModel
     from .model import Model, Progress
 
 Heal = Literal["default", "off", "strict"]
@@ -30,7 +31,9 @@ def load(
     progress: Progress | None = None,
     prepare: bool = False,
 ) -> Model:
-    """Reads a model: STEP, IGES or BREP, also compressed, or a shape given in Python.
+    """Reads a model: STEP, IGES, BREP, STL, OBJ, PLY or OFF, also compressed, or a shape given in Python.
+
+    Files of triangles have no unit: theirs is taken as mm. Each of their groups is one face of kind "mesh".
 
     path_or_shape: a path; bytes (``name`` then stands for the path); a cadquery Workplane, Shape or
         Assembly; an OCP shape.
@@ -82,9 +85,10 @@ def _read(path: str | os.PathLike[str]) -> bytes:
 
 
 def _refers_to_files(data: bytes) -> bool:
-    """Does a STEP file refer to other model files? What it shows then depends on more than its own bytes."""
+    """Does a STEP file refer to other model files, or an OBJ file to its materials? What it shows then
+    depends on more than its own bytes."""
     if b"DOCUMENT_FILE" not in data:
-        return False
+        return data.startswith(b"mtllib ") or b"\nmtllib " in data
     from .importer.step_text import StepText
 
     return bool(StepText(data).external_files)
@@ -111,6 +115,26 @@ def _from_cache(key: str, shown: str, prepare: bool) -> Model | None:
     return Model(hierarchy, seconds=seconds, extent=(bounds, outline), cached=True, source=shown)
 
 
+def _store(read: BrepModel | MeshModel) -> _core.Store:
+    from .importer import MeshModel
+
+    if isinstance(read, MeshModel):
+        return _core.Store.from_triangles(
+            read.vertices, read.triangles, read.group_ends, read.group_colors, read.meta_json()
+        )
+    return _core.Store.build(
+        read.brep,
+        read.prototype_shapes,
+        read.prototype_colors,
+        read.face_color_shapes,
+        read.face_colors,
+        read.instance_prototypes,
+        read.instance_placements,
+        read.instance_colors,
+        read.meta_json(),
+    )
+
+
 def _import(
     source: Any,
     key: str | None,
@@ -124,23 +148,13 @@ def _import(
     from .model import Model
 
     shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "")
-    brep = read_model(source, name=name, progress=progress, **options, **limits)
+    read = read_model(source, name=name, progress=progress, **options, **limits)
     seconds: dict[str, float] = {}
     start = time.perf_counter()
     if progress is not None:
         progress("store", None)
     try:
-        store = _core.Store.build(
-            brep.brep,
-            brep.prototype_shapes,
-            brep.prototype_colors,
-            brep.face_color_shapes,
-            brep.face_colors,
-            brep.instance_prototypes,
-            brep.instance_placements,
-            brep.instance_colors,
-            brep.meta_json(),
-        )
+        store = _store(read)
     except _core.CoreError as error:
         raise InputError(f"{shown or 'the model'}: {error}") from None
     seconds["store"] = time.perf_counter() - start

@@ -115,6 +115,7 @@ class Model:
             for shape, text in self._meta.get("face_names", {}).items()
             for n in numbers.get(shape, ())
         }
+        names |= {int(n): str(text) for n, text in self._meta.get("named_faces", {}).items()}
         return Faces(
             self._core.face_kinds(),
             self._core.face_statuses(),

@@ -21,6 +21,7 @@ from .errors import (
 )
 
 if TYPE_CHECKING:
+    from .mesh_model import MeshModel
     from .model import BrepModel, Instance, TreeNode
     from .reader import read_model
 
@@ -32,6 +33,7 @@ __all__ = [
     "Instance",
     "LimitError",
     "MemoryLimitError",
+    "MeshModel",
     "OutputError",
     "TimeLimitError",
     "TreeNode",
@@ -39,7 +41,13 @@ __all__ = [
     "read_model",
 ]
 
-_HOME = {"BrepModel": "model", "Instance": "model", "TreeNode": "model", "read_model": "reader"}
+_HOME = {
+    "BrepModel": "model",
+    "Instance": "model",
+    "TreeNode": "model",
+    "MeshModel": "mesh_model",
+    "read_model": "reader",
+}
 
 
 def __getattr__(name: str) -> object:

@@ -7,7 +7,7 @@ import zlib
 from pathlib import Path, PurePosixPath
 
 from .errors import InputError, MemoryLimitError
-from .formats import Format, extension, kSniffBytes, sniff
+from .formats import MODELS, Format, extension, kSniffBytes, sniff
 
 # Nothing grows beyond this, whatever the caller's memory limit: a guard against decompression bombs.
 kMaxUnpackedBytes = 4 << 30
@@ -20,8 +20,8 @@ def unpack(
 ) -> tuple[Path, str]:
     """Unpacks a gzip or zip file into ``folder``.
 
-    Returns the path of the model and its name within the archive. All STEP, IGES and BREP members of a zip
-    file are unpacked side by side, so that external references resolve.
+    Returns the path of the model and its name within the archive. All models of a zip file are
+    unpacked side by side, so that external references resolve.
     Raises InputError for damaged or foreign content, MemoryLimitError when the content is too large.
     """
     limit = min(kMaxUnpackedBytes, memory_limit or kMaxUnpackedBytes)
@@ -73,7 +73,7 @@ def _unpack_zip(path: Path, folder: Path, name: str, limit: int) -> tuple[Path, 
                 continue
             with archive.open(member) as source:
                 head = source.read(kSniffBytes)
-                if sniff(head, member.filename) not in ("step", "iges", "brep", "binbrep"):
+                if sniff(head, member.filename, member.file_size) not in MODELS:
                     continue
                 target = folder / _safe(PurePosixPath(member.filename).name)
                 written = len(head)
@@ -86,7 +86,9 @@ def _unpack_zip(path: Path, folder: Path, name: str, limit: int) -> tuple[Path, 
             size += written
             models.append((member.filename, target, written))
     if not models:
-        raise InputError(f"{name}: no STEP, IGES or BREP file in the archive")
+        raise InputError(
+            f"{name}: no STEP, IGES or BREP file in the archive, nor triangles (STL, OBJ, PLY, OFF)"
+        )
     return _main_member(models, name)
 
 

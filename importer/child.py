@@ -1,4 +1,5 @@
-"""The process that reads one file, alone with OpenCascade: a crash, a hang or a full memory ends only it.
+"""The process that reads one file, alone with OpenCascade or OpenMesh: a crash, a hang or a full memory ends
+only it.
 
 Started by process.py as ``child.main(arguments)``; answers on a pipe (wire.py). Nothing it or OpenCascade
 prints reaches the caller's stdout or stderr.
@@ -13,6 +14,11 @@ import traceback
 from typing import Any, BinaryIO
 
 from . import errors, wire
+from .formats import TRIANGLES
+from .input_file import open_input
+from .mesh_model import MeshModel
+from .model import BrepModel
+from .report import Report
 
 _PR_SET_PDEATHSIG = 1
 
@@ -44,17 +50,26 @@ def main(argument: str) -> None:
 
 
 def _read(request: dict[str, Any], pipe: BinaryIO) -> None:
-    from . import read_file  # imports OCP
+    report = Report(on_stage=lambda stage: wire.send(pipe, {"stage": stage, "fraction": None}))
+    path, name, folder, limit = (request[key] for key in ("path", "name", "folder", "memory_limit"))
+    opened = open_input(path, name=name, folder=folder, memory_limit=limit, report=report)
+    model: BrepModel | MeshModel
+    if opened.kind in TRIANGLES:
+        from .read_triangles import read_triangles
 
-    model = read_file.read_file(
-        request["path"],
-        name=request["name"],
-        folder=request["folder"],
-        heal=request["heal"],
-        precision=request["precision"],
-        memory_limit=request["memory_limit"],
-        on_stage=lambda stage: wire.send(pipe, {"stage": stage, "fraction": None}),
-    )
+        model = read_triangles(opened, name=name, report=report)
+    else:
+        from .read_file import read_file  # imports OCP
+
+        model = read_file(
+            path,
+            name=name,
+            folder=folder,
+            heal=request["heal"],
+            precision=request["precision"],
+            opened=opened,
+            report=report,
+        )
     model.report["peak_memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     wire.send_model(pipe, model)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from . import errors, wire
+from .mesh_model import MeshModel
 from .model import BrepModel
 from .step_text import StepText
 
@@ -53,7 +54,7 @@ def run_child(
     time_limit: float | None,
     progress: Progress | None = None,
     module: str = f"{__package__}.child",
-) -> BrepModel:
+) -> BrepModel | MeshModel:
     """Reads in a child process.
 
     Raises TimeLimitError, MemoryLimitError, InputError (also for a crash), EmptyError; an exception of
@@ -61,7 +62,7 @@ def run_child(
     module: the child's code, ``module.main(argument)``; tests put a misbehaving one in its place.
     """
     receive, send = os.pipe()
-    package_folder = str(Path(__file__).resolve().parent.parent)
+    package_folder = str(Path(__file__).absolute().parent.parent)
     argument = json.dumps({**asdict(request), "pipe": send, "parent": os.getpid()})
     command = [sys.executable, "-c", _BOOTSTRAP, str(__package__), package_folder, module, argument]
     try:
@@ -97,7 +98,7 @@ class _Watch:
         self.peak_memory = 0
         self.stage = "start"
 
-    def wait(self, progress: Progress | None) -> BrepModel:
+    def wait(self, progress: Progress | None) -> BrepModel | MeshModel:
         """Until the model is there, or the reason why not."""
         inbox = wire.Inbox()
         while True:
@@ -168,11 +169,14 @@ class _Watch:
         if code == -signal.SIGALRM:
             return errors.InputError(f"{name}: {self._not_a_number()}: OpenCascade does not end on it")
         if code < 0:
-            text = f"{name}: OpenCascade crashed on it ({signal.Signals(-code).name} in stage '{self.stage}')"
-            return errors.InputError(text)
+            how = f"{signal.Signals(-code).name} in stage '{self.stage}'"
+            return errors.InputError(f"{name}: {self._reader()} crashed on it ({how})")
         return errors.InputError(
             f"{name}: the reading process ended early (exit {code}, stage '{self.stage}')"
         )
+
+    def _reader(self) -> str:
+        return "the reader of triangles" if self.stage == "triangles" else "OpenCascade"
 
     def _not_a_number(self) -> str:
         """Which record made the child set its alarm (read_step.py)."""
@@ -183,7 +187,7 @@ class _Watch:
         where = f"#{record.id} ({record.kind})" if record else "a record"
         return f"{where} holds a coordinate that is not a number"
 
-    def _model(self, header: dict[str, Any], blobs: list[bytes]) -> BrepModel:
+    def _model(self, header: dict[str, Any], blobs: list[bytes]) -> BrepModel | MeshModel:
         try:
             return wire.model_of(header, blobs)
         except (ValueError, KeyError, TypeError) as error:

@@ -1,14 +1,12 @@
 """Reads one file of any kind, in the process that calls it (the child); imports OCP."""
 
-import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from . import archive, complete, occt
+from . import complete, occt
 from .errors import EmptyError, InputError
 from .extract import build_model
-from .formats import kSniffBytes, sniff
+from .input_file import InputFile, open_input
 from .model import BrepModel
 from .read_brep import read_brep
 from .read_iges import read_iges
@@ -26,20 +24,16 @@ def read_file(
     precision: float | None = None,
     memory_limit: int | None = None,
     on_stage: Callable[[str], None] | None = None,
+    opened: InputFile | None = None,
+    report: Report | None = None,
 ) -> BrepModel:
-    """As reader.read_model, for an existing file. folder: scratch space. Raises InputError and its kin."""
-    report = Report(on_stage=on_stage)
+    """As reader.read_model, for an existing file of a B-rep. folder: scratch space. opened: what open_input
+    said of it, with its report. Raises InputError and its kin."""
+    report = report or Report(on_stage=on_stage)
     occt.initialize()
-    source: dict[str, Any] = {"name": os.path.basename(name), "bytes": os.path.getsize(path)}
-    kind, inner = _kind(path, name), name
-    if kind in ("gzip", "zip"):
-        with report.stage("unpack"):
-            unpacked, inner = archive.unpack(
-                Path(path), kind, Path(folder), name=name, memory_limit=memory_limit
-            )
-        path = str(unpacked)
-        source["archive"], source["member"] = kind, inner
-        kind = _kind(path, inner)
+    if opened is None:
+        opened = open_input(path, name=name, folder=folder, memory_limit=memory_limit, report=report)
+    path, kind = opened.path, opened.kind
     if kind == "step":
         scene, unit, unit_mm, facts = read_step(
             path, name=name, heal=heal, precision=precision, report=report
@@ -51,7 +45,7 @@ def read_file(
     elif kind in ("brep", "binbrep"):
         scene, unit, unit_mm, facts = read_brep(path, name=name, binary=kind == "binbrep", report=report)
     else:
-        raise InputError(f"{name}: not a STEP, IGES or BREP file")
+        raise InputError(f"{name}: not a STEP, IGES or BREP file, nor triangles (STL, OBJ, PLY, OFF)")
     if not scene.placed:
         raise EmptyError(f"{name}: no faces{_first_reason(report)}", report=report.as_dict())
     _name_roots(scene, Path(name).stem)
@@ -61,7 +55,7 @@ def read_file(
     if heal == "strict":
         with report.stage("heal"):
             complete.check_faces(scene, report, precision)
-    return build_model(scene, report, unit=unit, unit_mm=unit_mm, source={**source, **facts})
+    return build_model(scene, report, unit=unit, unit_mm=unit_mm, source={**opened.source, **facts})
 
 
 def _name_roots(scene: Scene, stem: str) -> None:
@@ -71,11 +65,6 @@ def _name_roots(scene: Scene, stem: str) -> None:
             node.name = stem
             if node.part >= 0 and not scene.parts[node.part].name:
                 scene.parts[node.part].name = stem
-
-
-def _kind(path: str, name: str) -> Any:
-    with open(path, "rb") as file:
-        return sniff(file.read(kSniffBytes), name)
 
 
 def _first_reason(report: Report) -> str:

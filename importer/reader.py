@@ -1,4 +1,4 @@
-"""read_model: a file, bytes or a shape in; a BrepModel out."""
+"""read_model: a file, bytes or a shape in; a BrepModel or MeshModel out."""
 
 import os
 import stat
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from . import errors, shapes
+from .mesh_model import MeshModel
 from .model import BrepModel
 from .process import Progress, Request, run_child
 
@@ -22,8 +23,9 @@ def read_model(
     time_limit: float | None = None,
     memory_limit: int | None = None,
     progress: Progress | None = None,
-) -> BrepModel:
-    """Reads a STEP, IGES or BREP file, also compressed (gzip, zip), or takes a shape given in Python.
+) -> BrepModel | MeshModel:
+    """Reads a STEP, IGES, BREP, STL, OBJ, PLY or OFF file, also compressed (gzip, zip), or takes a shape given
+    in Python. Files of triangles become a MeshModel.
 
     source: a path; bytes or an open binary file (``name`` then names it in messages, and its extension
         decides where the content does not); a cadquery, build123d or OCP shape, which is taken as it is, in

@@ -11,6 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from .mesh_model import MeshModel
 from .model import BrepModel, Instance, TreeNode
 
 _ARRAYS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
@@ -24,6 +25,14 @@ _ARRAYS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
 }
 
 
+_MESH_ARRAYS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
+    "vertices": (np.float64, (-1, 3)),
+    "triangles": (np.int32, (-1, 3)),
+    "group_ends": (np.int32, (-1,)),
+    "group_colors": (np.float32, (-1, 4)),
+}
+
+
 def send(pipe: BinaryIO, message: dict[str, Any], blobs: tuple[bytes, ...] = ()) -> None:
     """Writes one message and flushes."""
     if blobs:
@@ -34,8 +43,18 @@ def send(pipe: BinaryIO, message: dict[str, Any], blobs: tuple[bytes, ...] = ())
     pipe.flush()
 
 
-def send_model(pipe: BinaryIO, model: BrepModel) -> None:
+def send_model(pipe: BinaryIO, model: BrepModel | MeshModel) -> None:
     """Writes the "model" message."""
+    if isinstance(model, MeshModel):
+        mesh = {
+            "group_names": model.group_names,
+            "name": model.name,
+            "source": model.source,
+            "report": model.report,
+        }
+        blobs = tuple(getattr(model, name).tobytes() for name in _MESH_ARRAYS)
+        send(pipe, {"model": {"mesh": mesh}}, blobs)
+        return
     header = {
         "prototype_names": model.prototype_names,
         "face_names": list(model.face_names.items()),
@@ -49,8 +68,10 @@ def send_model(pipe: BinaryIO, model: BrepModel) -> None:
     send(pipe, {"model": header}, (model.brep, *(getattr(model, name).tobytes() for name in _ARRAYS)))
 
 
-def model_of(header: dict[str, Any], blobs: list[bytes]) -> BrepModel:
+def model_of(header: dict[str, Any], blobs: list[bytes]) -> BrepModel | MeshModel:
     """The model of a "model" message. Raises ValueError when it does not hold together."""
+    if "mesh" in header:
+        return _mesh_of(header["mesh"], blobs)
     arrays: dict[str, Any] = {
         name: np.frombuffer(blob, dtype=dtype).reshape(shape)
         for (name, (dtype, shape)), blob in zip(_ARRAYS.items(), blobs[1:], strict=True)
@@ -69,6 +90,22 @@ def model_of(header: dict[str, Any], blobs: list[bytes]) -> BrepModel:
     )
     model.validate()
     return model
+
+
+def _mesh_of(header: dict[str, Any], blobs: list[bytes]) -> MeshModel:
+    arrays: dict[str, Any] = {
+        name: np.frombuffer(blob, dtype=dtype).reshape(shape)
+        for (name, (dtype, shape)), blob in zip(_MESH_ARRAYS.items(), blobs, strict=True)
+    }
+    mesh = MeshModel(
+        **arrays,
+        group_names=tuple(header["group_names"]),
+        name=header["name"],
+        source=header["source"],
+        report=header["report"],
+    )
+    mesh.validate()
+    return mesh
 
 
 class Inbox:

@@ -35,7 +35,7 @@ LIBRARY_RULES: dict[str, tuple[str, ...]] = {
 
 # Python folder -> third-party and project modules that it may import.
 PYTHON_RULES: dict[str, tuple[str, ...]] = {
-    "importer": ("numpy", "OCP", "trimray.importer"),
+    "importer": ("numpy", "OCP", "trimray.importer", "trimray._core"),
     "api": ("numpy", "OpenImageIO", "trimray", "trimray.importer"),
     "cli": ("click", "rich", "numpy", "trimray"),
 }
@@ -131,6 +131,15 @@ def test_only_the_importer_knows_opencascade_and_only_image_io_knows_openimageio
                 if top == "OpenImageIO" and path.name != "image_io.py":
                     wrong.append(f"{path} imports {name}")
     assert wrong == []
+
+
+def test_of_the_importer_only_the_reader_of_triangles_knows_the_core() -> None:
+    knowing = [
+        path.name
+        for path in sorted((ROOT / "importer").rglob("*.py"))
+        if any(name.startswith("trimray._core") for name in _imports(path, "trimray.importer"))
+    ]
+    assert knowing == ["read_triangles.py"]
 
 
 def test_the_command_line_uses_the_public_package_only() -> None:

@@ -96,7 +96,7 @@ std::array<float, 4> mean_color(const std::vector<Rgba>& colors, std::span<const
     for (int c = 0; c < 4; ++c) sum[c] += colors[p][c];
     ++count;
   }
-  if (count == 0.0) return MeshGroup{}.color;
+  if (count == 0.0) return FileGroup{}.color;
   std::array<float, 4> mean;
   for (int c = 0; c < 4; ++c) mean[c] = static_cast<float>(sum[c] / count / 255.0);
   return mean;
@@ -153,7 +153,7 @@ class Builder {
     if (file_.triangles.size() > INT32_MAX) throw FormatError("too many triangles");
     const auto end = static_cast<std::int32_t>(file_.triangles.size());
     if (end == (file_.groups.empty() ? 0 : file_.groups.back().end)) return;
-    MeshGroup group{name, end};
+    FileGroup group{name, end};
     if (!colors_.empty()) group.color = mean_color(colors_, polygons);
     file_.groups.push_back(std::move(group));
   }

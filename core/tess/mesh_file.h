@@ -19,7 +19,7 @@ enum class MeshFormat : std::uint8_t { kStl, kObj, kPly, kOff };
 MeshFormat mesh_format(std::string_view name);
 
 // Triangles that belong together: a solid of an STL file, an o, g or usemtl of an OBJ file, one colour.
-struct MeshGroup {
+struct FileGroup {
   std::string name;      // "" where the file gives none
   std::int32_t end = 0;  // one past its last triangle; it begins where the one before ends
   std::array<float, 4> color{-1.0f, 0.0f, 0.0f, 1.0f};  // sRGB-encoded, straight alpha; red -1: none
@@ -28,7 +28,7 @@ struct MeshGroup {
 struct MeshFile {
   std::vector<dvec3> vertices;                         // as they stand in the file; taken as mm
   std::vector<std::array<std::int32_t, 3>> triangles;  // into vertices, turned as in the file
-  std::vector<MeshGroup> groups;                       // at least one; they cover all triangles
+  std::vector<FileGroup> groups;                       // at least one; they cover all triangles
   std::int64_t faces = 0;                              // polygons in the file
   std::int64_t left_out = 0;  // of them, those without three different corners: nothing to draw
   bool binary = false;

@@ -1,0 +1,37 @@
+"""What is to be read: the kind of a file, unpacked where it is compressed. Knows no reader."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import archive
+from .formats import Format, kSniffBytes, sniff
+from .report import Report
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """path: of plain content. source: facts about it for BrepModel.source."""
+
+    path: str
+    kind: Format
+    source: dict[str, Any]
+
+
+def open_input(path: str, *, name: str, folder: str, memory_limit: int | None, report: Report) -> InputFile:
+    """name: what messages call the file; its extension decides where the content does not. folder: scratch
+    space. Raises InputError, MemoryLimitError."""
+    source: dict[str, Any] = {"name": os.path.basename(name), "bytes": os.path.getsize(path)}
+    kind = kind_of(path, name)
+    if kind not in ("gzip", "zip"):
+        return InputFile(path, kind, source)
+    with report.stage("unpack"):
+        unpacked, inner = archive.unpack(Path(path), kind, Path(folder), name=name, memory_limit=memory_limit)
+    source["archive"], source["member"] = kind, inner
+    return InputFile(str(unpacked), kind_of(str(unpacked), inner), source)
+
+
+def kind_of(path: str, name: str) -> Format:
+    with open(path, "rb") as file:
+        return sniff(file.read(kSniffBytes), name, os.path.getsize(path))
