@@ -30,7 +30,7 @@ Model parse_bintools(std::span<const std::byte> bytes) {
   skip_polygons3(in, tables);
   skip_polygons_on_mesh(in, tables);
   read_surfaces(in, model, tables);
-  skip_meshes(in, tables);
+  read_meshes(in, model, tables);
   read_shapes(in, model, tables);
   return model;
 }

@@ -1,5 +1,5 @@
-// The sections that hold polygons and triangulations. trimray draws exact surfaces only, so they are
-// passed over; their counts are kept to check the indices that refer to them.
+// The sections that hold polygons and triangulations. Triangulations are kept: a face without a surface has
+// nothing else. Polygons are passed over; their counts are kept to check the indices that refer to them.
 #include "core/brep/sections.h"
 
 namespace trimray::brep {
@@ -26,7 +26,7 @@ void skip_polygons_on_mesh(ByteReader& in, StreamTables& tables) {
   tables.polygons_on_mesh = count;
 }
 
-void skip_meshes(ByteReader& in, StreamTables& tables) {
+void read_meshes(ByteReader& in, Model& model, StreamTables& tables) {
   const std::int32_t count = in.section("Triangulations", 17);
   for (std::int32_t i = 0; i < count; ++i) {
     const std::int32_t nodes = in.count(24);
@@ -34,8 +34,18 @@ void skip_meshes(ByteReader& in, StreamTables& tables) {
     const bool uv = in.flag();
     const bool normals = tables.version >= 4 && in.flag();
     in.real();  // deflection
-    in.skip_items(nodes, 24 + (uv ? 16 : 0) + (normals ? 12 : 0));
-    in.skip_items(triangles, 12);
+    Mesh& mesh = model.meshes.emplace_back();
+    in.checked_count(nodes, 24);  // once more, now that what stands between is read
+    mesh.nodes.reserve(nodes);
+    for (std::int32_t k = 0; k < nodes; ++k) mesh.nodes.push_back(in.vec3());
+    if (uv) in.skip_items(nodes, 16);
+    in.checked_count(triangles, 12);
+    mesh.triangles.reserve(triangles);
+    for (std::int32_t k = 0; k < triangles; ++k) {
+      std::array<std::int32_t, 3>& triangle = mesh.triangles.emplace_back();
+      for (std::int32_t& corner : triangle) corner = in.index(mesh.nodes.size(), "node");
+    }
+    if (normals) in.skip_items(nodes, 12);
   }
   tables.meshes = count;
 }

@@ -135,8 +135,7 @@ FaceData read_face(ByteReader& in, const StreamTables& tables) {
   // 0: written without triangulations, 1: has none, 2: its index follows
   const std::uint8_t code = in.byte();
   if (code > 2) in.fail("unknown triangulation mark");
-  face.has_triangulation = code == 2;
-  if (face.has_triangulation) in.index(tables.meshes, "triangulation");
+  if (code == 2) face.mesh = in.index(tables.meshes, "triangulation");
   return face;
 }
 

@@ -1,5 +1,5 @@
 // The sections of the stream, one function each, in the order in which they stand in it. Curves, surfaces,
-// locations and shapes go into a Model; meshes are passed over.
+// locations, triangulations and shapes go into a Model; polygons are passed over.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ void read_curves3(ByteReader& in, Model& model, StreamTables& tables);
 void skip_polygons3(ByteReader& in, StreamTables& tables);
 void skip_polygons_on_mesh(ByteReader& in, StreamTables& tables);
 void read_surfaces(ByteReader& in, Model& model, StreamTables& tables);
-void skip_meshes(ByteReader& in, StreamTables& tables);
+void read_meshes(ByteReader& in, Model& model, StreamTables& tables);
 // The last one: nothing may follow it.
 void read_shapes(ByteReader& in, Model& model, const StreamTables& tables);
 

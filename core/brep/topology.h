@@ -12,6 +12,7 @@
 //     a walk down from a shape, meeting shared shapes once per use, takes at most kMaxShapeUses steps.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -112,6 +113,13 @@ struct Surface {
   std::int32_t basis_curve = -1;  // extrusion, revolution: index into curves3
 };
 
+// A triangulation, in the coordinates of the face that uses it. Triangles run counter-clockwise seen from the
+// side to which the forward face's normal points.
+struct Mesh {
+  std::vector<dvec3> nodes;
+  std::vector<std::array<std::int32_t, 3>> triangles;  // into nodes
+};
+
 enum class ShapeKind : std::uint8_t { kCompound, kCompSolid, kSolid, kShell, kFace, kWire, kEdge, kVertex };
 enum class Orientation : std::uint8_t { kForward, kReversed, kInternal, kExternal };
 
@@ -149,7 +157,7 @@ struct FaceData {
   std::int32_t surface = -1, location = -1;  // surface -1: none (a tessellated face)
   double tolerance = 0.0;
   bool natural_restriction = false;
-  bool has_triangulation = false;
+  std::int32_t mesh = -1;  // index into Model::meshes, -1: none
 };
 
 struct Shape {
@@ -164,6 +172,7 @@ struct Model {
   std::vector<Curve3> curves3;
   std::vector<Surface> surfaces;
   std::vector<Transform> locations;
+  std::vector<Mesh> meshes;
   std::vector<VertexData> vertices;
   std::vector<EdgeData> edges;
   std::vector<FaceData> faces;

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/nurbs/bounds.h"
+#include "core/nurbs/build_mesh_face.h"
 #include "core/nurbs/project_curve.h"
 
 namespace trimray::nurbs {
@@ -271,6 +272,7 @@ EdgeWork build_edge(const brep::Model& model, const Walk& walk, const WalkEdge& 
 }
 
 FaceWork build_face(const brep::Model& model, const PrototypeWork& prototype, const WalkFace& face) {
+  if (is_mesh_face(model, face)) return build_mesh_face(model, prototype.walk, face);
   return FaceBuilder(model, prototype, face).run();
 }
 
@@ -296,7 +298,7 @@ Pieces3 path_from_face(const FaceWork& face, const CoEdgeWork& coedge, double to
 
 void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double tiny) {
   face.deviation.clear();
-  if (face.status != FaceStatus::kOk) return;
+  if (face.status != FaceStatus::kOk || !face.mesh_triangles.empty()) return;
   const SurfaceView s = view(face.form);
   for (const LoopWork& loop : face.loops.loops) {
     for (std::size_t i = 0; i < loop.coedges.size(); ++i) {
@@ -351,6 +353,7 @@ void measure_deviation(const PrototypeWork& prototype, FaceWork& face, double ti
 void refuse(FaceWork& face, FaceStatus status) {
   face.status = status;
   face.form = {}, face.loops = {}, face.bounds = {}, face.deviation = {};
+  face.mesh_vertices = {}, face.mesh_triangles = {};
 }
 
 }  // namespace trimray::nurbs

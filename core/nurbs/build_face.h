@@ -18,6 +18,8 @@ struct FaceWork {
   bool closed_alone = false;  // no loops, and the natural domain closes up (sphere, torus)
   SurfaceForm form;
   FaceLoops loops;
+  std::vector<dvec3> mesh_vertices;      // mesh faces only ...
+  std::vector<Triangle> mesh_triangles;  // ... into mesh_vertices
   Box3 bounds;
   // Per co-edge, in loop order: how far its p-curve and the link to the next one stray from the edge's path.
   std::vector<double> deviation;

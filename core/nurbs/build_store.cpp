@@ -1,5 +1,6 @@
 #include "core/nurbs/build_store.h"
 
+#include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
@@ -8,7 +9,9 @@
 #include "core/base/tolerance.h"
 #include "core/brep/bintools.h"
 #include "core/nurbs/build_face.h"
+#include "core/nurbs/build_mesh_face.h"
 #include "core/nurbs/face_guards.h"
+#include "core/nurbs/mesh_store.h"
 
 namespace trimray::nurbs {
 namespace {
@@ -189,7 +192,9 @@ class Assembler {
     f.status = work.status, f.reversed = work.reversed;
     f.surface = append_surface(store, work.form);
     f.loops = {count(store.loops), count(store.loops)};
-    if (work.status == FaceStatus::kOk) {
+    if (!work.mesh_triangles.empty()) {
+      add_mesh(work, f);
+    } else if (work.status == FaceStatus::kOk) {
       f.uv_box = work.loops.uv_box, f.iso_rectangle = work.loops.iso_rectangle;
       std::vector<std::int32_t> synthetic;
       for (const SyntheticEdge& s : work.loops.synthetic) synthetic.push_back(add_synthetic(s));
@@ -214,6 +219,15 @@ class Assembler {
     store.faces.push_back(f);
   }
 
+  void add_mesh(const FaceWork& work, Face& face) {
+    const std::int32_t first = count(store.mesh_vertices), begin = count(store.mesh_triangles);
+    store.mesh_vertices.insert(store.mesh_vertices.end(), work.mesh_vertices.begin(),
+                               work.mesh_vertices.end());
+    for (const Triangle& t : work.mesh_triangles)
+      store.mesh_triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    make_mesh_face(face, {begin, count(store.mesh_triangles)});
+  }
+
   void finish_edge(std::int32_t index, const Prototype& p) {
     Edge& e = store.edges[index];
     double worst = deviation_.size() > static_cast<std::size_t>(index - p.edges.begin)
@@ -234,6 +248,14 @@ class Assembler {
 
   void close_shell(Shell& shell, const PrototypeWork& work, std::int32_t first_face) const {
     std::unordered_map<std::int32_t, std::pair<int, int>> uses;  // along, against
+    const auto mesh = [](const Face& f) { return f.is_mesh(); };
+    const auto faces = std::span(store.faces).subspan(shell.faces.begin, shell.faces.size());
+    if (!faces.empty() && std::all_of(faces.begin(), faces.end(), mesh)) {
+      const Range all{faces.front().triangles.begin, faces.back().triangles.end};
+      shell.closed =
+          closes_up(store.mesh_vertices, std::span(store.mesh_triangles).subspan(all.begin, all.size()));
+      return;
+    }
     bool closed = shell.faces.size() > 0;
     for (std::int32_t f = shell.faces.begin; f < shell.faces.end; ++f) {
       const Face& face = store.faces[f];
@@ -265,6 +287,7 @@ NurbsStore build_store(const brep::Model& model, const BuildInput& input) {
     work[p].edges.resize(work[p].walk.edges.size());
     work[p].faces.resize(work[p].walk.faces.size());
   }
+  check_mesh_size(model, work);
   const std::vector<Item> edges = items(work.size(), [&](std::size_t p) { return work[p].edges.size(); });
   const std::vector<Item> faces = items(work.size(), [&](std::size_t p) { return work[p].faces.size(); });
   for_each(edges, [&](Item i) {

@@ -59,12 +59,16 @@ void make_mesh_face(Face& face, Range triangles) {
 }
 
 bool closes_up(std::span<const dvec3> vertices, std::span<const Triangle> triangles) {
-  const std::vector<std::int32_t> place = places(vertices);
+  if (triangles.empty()) return false;
+  std::int32_t first = triangles[0][0], last = first;  // a shell uses neighbouring vertices
+  for (const Triangle& t : triangles)
+    for (const std::int32_t v : t) first = std::min(first, v), last = std::max(last, v);
+  const std::vector<std::int32_t> place = places(vertices.subspan(first, last - first + 1));
   // Both uses of a side share the upper 63 bits of their key; the last bit tells the direction.
   std::vector<std::uint64_t> sides;
   sides.reserve(3 * triangles.size());
   for (const Triangle& t : triangles) {
-    const std::int32_t v[3] = {place[t[0]], place[t[1]], place[t[2]]};
+    const std::int32_t v[3] = {place[t[0] - first], place[t[1] - first], place[t[2] - first]};
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
     for (int k = 0; k < 3; ++k) {
       const auto a = static_cast<std::uint64_t>(v[k]), b = static_cast<std::uint64_t>(v[(k + 1) % 3]);

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "core/base/parallel.h"
+#include "core/reference/mesh.h"
 
 namespace trimray::reference {
 namespace {
@@ -198,11 +199,13 @@ void Model::instance_hits(const trace::Ray& ray, std::int32_t instance, std::vec
   const Matrix inverse = glm::inverse(Matrix(placed.placement.linear));
   std::vector<trace::Root> roots;
   for (std::int32_t f = prototype.faces.begin; f < prototype.faces.end; ++f) {
-    if (!faces_[f]) continue;
     roots.clear();
-    faces_[f]->roots(line, roots);
+    if (store_.faces[f].is_mesh())
+      mesh_roots(store_, f, line, roots);
+    else if (faces_[f])
+      faces_[f]->roots(line, roots);
     const std::vector<NearStretch>& spots = near[f - prototype.faces.begin];
-    if (!spots.empty()) resolve(f, line, spots, roots);
+    if (!spots.empty() && faces_[f]) resolve(f, line, spots, roots);
     for (const trace::Root& r : roots) {
       const double t = double(Real(r.t) / line.length);
       if (!r.inside || !(t >= ray.tmin && t <= ray.tmax)) continue;

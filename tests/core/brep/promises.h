@@ -129,6 +129,11 @@ inline void check_promises(const brep::Model& model) {
   for (const brep::FaceData& face : model.faces) {
     promise_optional(face.surface, model.surfaces.size(), "surface of a face");
     promise_optional(face.location, model.locations.size(), "location of a face");
+    promise_optional(face.mesh, model.meshes.size(), "triangulation of a face");
+  }
+  for (const brep::Mesh& mesh : model.meshes) {
+    for (const auto& triangle : mesh.triangles)
+      for (const std::int32_t v : triangle) promise_index(v, mesh.nodes.size(), "node of a triangle");
   }
 }
 

@@ -183,18 +183,21 @@ TEST(BintoolsTopology, CompositeLocationsAreEvaluated) {
   EXPECT_EQ(uses[0].location, -1);
 }
 
-TEST(BintoolsTopology, MeshesArePassedOver) {
+TEST(BintoolsTopology, MeshesAreKept) {
   for (const char* name : {"meshes", "meshes_v3"}) {
     const Model model = parse_bintools(testing::read_stream(name));
     EXPECT_EQ(kinds(model), (std::array{1, 0, 1, 1, 4, 3, 4, 2}));
-    for (const FaceData& face : model.faces) EXPECT_TRUE(face.has_triangulation);
+    for (const FaceData& face : model.faces) EXPECT_GE(face.mesh, 0);
     EXPECT_EQ(std::ranges::count(model.faces, -1, &FaceData::surface), 1);
     EXPECT_EQ(std::ranges::count(model.edges, -1, &EdgeData::curve3), 1);
   }
   const Model model = parse_bintools(testing::read_stream("mesh_face"));
   ASSERT_EQ(model.faces.size(), 1u);
   EXPECT_EQ(model.faces[0].surface, -1);
-  EXPECT_TRUE(model.faces[0].has_triangulation);
+  ASSERT_EQ(model.faces[0].mesh, 0);
+  const Mesh& mesh = model.meshes[0];
+  EXPECT_EQ(mesh.nodes, (std::vector<dvec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
 }
 
 TEST(BintoolsTopology, PointRepresentationsArePassedOver) {
