@@ -22,6 +22,7 @@ def build_model(
         shape_set = BinTools_ShapeSet()
         shape_set.SetFormatNb(BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4.value)
         shape_set.SetWithTriangles(False)  # a face without a surface keeps its triangles all the same
+        shape_set.SetWithNormals(True)  # of those: they tell which side is outside
         roots = [shape_set.Add(_at_origin(part.shape)) for part in scene.parts]
         face_colors: dict[int, Color] = {}
         face_names: dict[int, str] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import trimray
@@ -11,9 +12,8 @@ from trimray.faces import Face
 from trimray.report import Issue, Report
 
 
-@pytest.fixture
-def tessellated_file(tmp_path: Path) -> Path:
-    """Two faces that are triangles and nothing else, as tessellated files have them."""
+def faces_file(path: Path, *, triangles: bool) -> Path:
+    """Two faces without a surface: with a triangle each, as tessellated files have them, or with nothing."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepTools import BRepTools
     from OCP.gp import gp_Pnt
@@ -23,27 +23,40 @@ def tessellated_file(tmp_path: Path) -> Path:
     builder, all_faces = BRep_Builder(), TopoDS_Compound()
     builder.MakeCompound(all_faces)
     for z in (0.0, 5.0):
-        triangles = Poly_Triangulation(3, 1, False)
-        for i, (x, y) in enumerate(((0, 0), (1, 0), (0, 1)), 1):
-            triangles.SetNode(i, gp_Pnt(x, y, z))
-        triangles.SetTriangle(1, Poly_Triangle(1, 2, 3))
         face = TopoDS_Face()
-        builder.MakeFace(face, triangles)
+        builder.MakeFace(face)
+        if triangles:
+            mesh = Poly_Triangulation(3, 1, False)
+            for i, (x, y) in enumerate(((0, 0), (1, 0), (0, 1)), 1):
+                mesh.SetNode(i, gp_Pnt(x, y, z))
+            mesh.SetTriangle(1, Poly_Triangle(1, 2, 3))
+            builder.MakeFace(face, mesh)
         builder.Add(all_faces, face)
-    path = tmp_path / "triangles.brep"
     assert BRepTools.Write_s(all_faces, str(path))
     return path
 
 
-def test_a_model_without_a_drawable_face_says_why(tessellated_file: Path) -> None:
-    model = trimray.load(tessellated_file)
+def test_faces_of_triangles_are_drawn(tmp_path: Path) -> None:
+    model = trimray.load(faces_file(tmp_path / "triangles.brep", triangles=True))
+    assert [face.kind for face in model.faces] == ["mesh", "mesh"] and model.report.drawn == 2
+    np.testing.assert_array_equal(model.bounds, [[0, 0, 0], [1, 1, 5]])
+    hits = model.cast([[0.25, 0.25, 9.0], [0.75, 0.75, 9.0]], [[0, 0, -1], [0, 0, -1]])
+    np.testing.assert_array_equal(hits.face, [1, -1])
+    np.testing.assert_allclose(hits.t, [4.0, np.inf])
+    np.testing.assert_allclose(hits.uv[0], [0.25, 0.25])
+    np.testing.assert_allclose(hits.normal[0], [0, 0, 1])
+
+
+def test_a_model_without_a_drawable_face_says_why(tmp_path: Path) -> None:
+    path = faces_file(tmp_path / "nothing.brep", triangles=False)
+    model = trimray.load(path)
     assert len(model.faces) == 2 and model.report.drawn == 0
     for ask in (lambda: model.bounds, lambda: model.render((8, 8))):
         with pytest.raises(trimray.EmptyError) as caught:
             ask()
         text = str(caught.value)
-        assert text.startswith(f"{tessellated_file}: no face can be drawn: faces 0-1 (none")
-        assert "tessellated face" in text and "\n" not in text
+        assert text.startswith(f"{path}: no face can be drawn: faces 0-1 (none")
+        assert "neither a surface nor triangles" in text and "\n" not in text
 
 
 def lost(number: int, kind: str = "plane", status: str = "broken", part: str = "") -> Face:
