@@ -58,6 +58,10 @@ class ByteReader {
     const double x = real(), y = real(), z = real();
     return {x, y, z};
   }
+  glm::vec3 short_vec3() {
+    const float x = raw<float>(), y = raw<float>(), z = raw<float>();
+    return {x, y, z};
+  }
 
   // A count of items that each take at least item_bytes of what is left, so that memory reserved for
   // them is bounded by the size of the stream.

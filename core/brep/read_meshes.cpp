@@ -45,7 +45,10 @@ void read_meshes(ByteReader& in, Model& model, StreamTables& tables) {
       std::array<std::int32_t, 3>& triangle = mesh.triangles.emplace_back();
       for (std::int32_t& corner : triangle) corner = in.index(mesh.nodes.size(), "node");
     }
-    if (normals) in.skip_items(nodes, 12);
+    if (!normals) continue;
+    in.checked_count(nodes, 12);
+    mesh.normals.reserve(nodes);
+    for (std::int32_t k = 0; k < nodes; ++k) mesh.normals.push_back(in.short_vec3());
   }
   tables.meshes = count;
 }

@@ -113,10 +113,10 @@ struct Surface {
   std::int32_t basis_curve = -1;  // extrusion, revolution: index into curves3
 };
 
-// A triangulation, in the coordinates of the face that uses it. Triangles run counter-clockwise seen from the
-// side to which the forward face's normal points.
+// A triangulation, in the coordinates of the face that uses it.
 struct Mesh {
   std::vector<dvec3> nodes;
+  std::vector<glm::vec3> normals;                      // as nodes, of the forward face; empty: not given
   std::vector<std::array<std::int32_t, 3>> triangles;  // into nodes
 };
 
@@ -154,7 +154,7 @@ struct EdgeData {
 };
 
 struct FaceData {
-  std::int32_t surface = -1, location = -1;  // surface -1: none (a tessellated face)
+  std::int32_t surface = -1, location = -1;  // surface -1: none, the mesh is all there is
   double tolerance = 0.0;
   bool natural_restriction = false;
   std::int32_t mesh = -1;  // index into Model::meshes, -1: none

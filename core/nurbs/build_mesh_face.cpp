@@ -14,6 +14,18 @@ const brep::FaceData& data_of(const brep::Model& model, const WalkFace& face) {
   return model.faces[model.shapes[face.shape].data];
 }
 
+// Some writers let the triangles run clockwise; the normals tell.
+bool against_normals(const brep::Mesh& mesh) {
+  double sum = 0.0;
+  if (mesh.normals.size() != mesh.nodes.size()) return false;
+  for (const auto& t : mesh.triangles) {
+    const dvec3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+    const glm::vec3 normal = mesh.normals[t[0]] + mesh.normals[t[1]] + mesh.normals[t[2]];
+    sum += glm::dot(glm::cross(b - a, c - a), dvec3(normal));
+  }
+  return sum < 0.0;
+}
+
 }  // namespace
 
 bool is_mesh_face(const brep::Model& model, const WalkFace& face) {
@@ -36,8 +48,9 @@ FaceWork build_mesh_face(const brep::Model& model, const Walk& walk, const WalkF
     }
   }
   work.mesh_triangles = mesh.triangles;
+  const bool turned = face.reversed != against_normals(mesh);
   for (Triangle& t : work.mesh_triangles) {
-    if (face.reversed) std::swap(t[1], t[2]);
+    if (turned) std::swap(t[1], t[2]);
     for (const std::int32_t v : t) work.bounds.add(work.mesh_vertices[v]);
   }
   return work;

@@ -197,7 +197,7 @@ const char* status_reason(FaceStatus status) {
     case FaceStatus::kOk:
       return "ok";
     case FaceStatus::kNoSurface:
-      return "tessellated face without an exact surface";
+      return "neither a surface nor triangles";
     case FaceStatus::kBadSurface:
       return "invalid surface (not finite, far off, weights <= 0 or unsorted knots)";
     case FaceStatus::kBadTrim:

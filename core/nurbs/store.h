@@ -115,7 +115,7 @@ struct Loop {
 
 enum class FaceStatus : std::uint8_t {
   kOk,
-  kNoSurface,    // tessellated face, nothing exact to draw
+  kNoSurface,    // and no triangles either
   kBadSurface,   // NaN or huge numbers, far from all edges, weights <= 0, unsorted knots
   kBadTrim,      // p-curves missing, unusable or far off their edges, or an empty uv box
   kUnsupported,  // a curve or surface kind without exact form or evaluator

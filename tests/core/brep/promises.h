@@ -132,6 +132,7 @@ inline void check_promises(const brep::Model& model) {
     promise_optional(face.mesh, model.meshes.size(), "triangulation of a face");
   }
   for (const brep::Mesh& mesh : model.meshes) {
+    promise(mesh.normals.empty() || mesh.normals.size() == mesh.nodes.size(), "normals of a triangulation");
     for (const auto& triangle : mesh.triangles)
       for (const std::int32_t v : triangle) promise_index(v, mesh.nodes.size(), "node of a triangle");
   }
