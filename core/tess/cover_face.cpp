@@ -1,6 +1,7 @@
 // What stands in for the mesh of a face whose loops cannot be triangulated.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/tess/delaunay.h"
 #include "core/tess/face_mesh.h"
@@ -22,18 +23,14 @@ bool cover_crossing(const Chart& chart, const FacePolygon& polygon, bool reverse
   std::vector<dvec2> points;
   std::vector<VertexKey> keys;
   std::vector<std::array<int, 2>> sides;
-  std::vector<std::pair<std::array<double, 2>, int>> known;
+  std::map<std::array<double, 2>, int> known;
   for (const auto& loop : polygon.loops) {
     std::vector<int> index;
     for (const BoundaryPoint& b : loop) {
       const std::array<double, 2> at{b.p.x, b.p.y};
-      const auto found =
-          std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == at; });
-      if (found == known.end()) {
-        known.push_back({at, static_cast<int>(points.size())});
-        points.push_back(b.p), keys.push_back(b.vertex);
-      }
-      index.push_back(found == known.end() ? static_cast<int>(points.size()) - 1 : found->second);
+      const auto [found, fresh] = known.try_emplace(at, static_cast<int>(points.size()));
+      if (fresh) points.push_back(b.p), keys.push_back(b.vertex);
+      index.push_back(found->second);
     }
     for (std::size_t i = 0; i < index.size(); ++i)
       if (index[i] != index[(i + 1) % index.size()])

@@ -2,11 +2,7 @@
 
 #include <cmath>
 
-#include "core/nurbs/bezier.h"
-
 namespace trimray::tess {
-
-using nurbs::BezierPatches;
 
 namespace {
 
@@ -26,6 +22,23 @@ void halve(const std::vector<dvec4>& net, int p, int q, bool along_u, std::vecto
   }
 }
 
+// One line of a Bezier net over [t0, t1].
+void restrict_line(dvec4* c, int degree, int step, double t0, double t1) {
+  if (t1 < 1.0)
+    for (int r = 1; r <= degree; ++r)
+      for (int i = degree; i >= r; --i) c[i * step] = (1.0 - t1) * c[(i - 1) * step] + t1 * c[i * step];
+  if (t0 > 0.0) {
+    const double s = t0 / t1;
+    for (int r = 1; r <= degree; ++r)
+      for (int i = 0; i + r <= degree; ++i) c[i * step] = (1.0 - s) * c[i * step] + s * c[(i + 1) * step];
+  }
+}
+
+void restrict_net(std::vector<dvec4>& net, int p, int q, dvec2 lower, dvec2 upper) {
+  for (int i = 0; i <= p; ++i) restrict_line(net.data() + i * (q + 1), q, 1, lower.y, upper.y);
+  for (int j = 0; j <= q; ++j) restrict_line(net.data() + j, p, q + 1, lower.x, upper.x);
+}
+
 Box3 net_box(const std::vector<dvec4>& net) {
   Box3 box;
   for (const dvec4& h : net) box.add(dvec3(h.x, h.y, h.z) / h.w);
@@ -39,9 +52,12 @@ struct CurvatureTree::Builder {
   const Chart& chart;
   const ToleranceField& tolerance;
   double angle;
-  BezierPatches patches;
+  const nurbs::BezierPatches& patches;
   bool rational = false;
 
+  // Inner points stand in staggered rows, whose triangles are nearly equilateral: these deviate by three
+  // quarters of what half a cell would.
+  static constexpr double kGridShare = 1.05;
   static constexpr int kMaxDepth = 24;
   static constexpr int kMaxCells = 4096;  // of a leaf, in one direction
 
@@ -94,7 +110,7 @@ struct CurvatureTree::Builder {
                    patches.uv_face[(u1 - 1) * patches.spans_v + v1 - 1].upper};
     if (u1 - u0 == 1 && v1 - v0 == 1) {
       const auto* net = patches.ctrl_h.data() + std::size_t(u0 * patches.spans_v + v0) * patches.points();
-      return cell(box, {net, net + patches.points()}, 0);
+      return cell(box, {net, net + patches.points()}, u0 * patches.spans_v + v0, 0);
     }
     const int node = add(box);
     const bool along_u = u1 - u0 >= v1 - v0;
@@ -110,8 +126,9 @@ struct CurvatureTree::Builder {
   }
 
   // A part of one patch, or of a closed form (net empty).
-  int cell(const Box2& box, std::vector<dvec4> net, int depth) {
+  int cell(const Box2& box, std::vector<dvec4> net, int patch, int depth) {
     const int node = add(box);
+    tree.nodes_[node].patch = patch;
     const dvec2 e = box.extent();
     CurvatureRange& r = tree.nodes_[node].range;
     r.second = net.empty() ? closed_form_range(chart.surface(), box)
@@ -138,7 +155,7 @@ struct CurvatureTree::Builder {
       } else {
         place = net_box(net);
       }
-      limit = 8.0 * tolerance.at(place);
+      limit = 8.0 * kGridShare * tolerance.at(place);
     }
     GridLeaf leaf{box, 1, 1};
     const double total = a + 2.0 * b + c, loose = loose_u + 2.0 * loose_uv + loose_v;
@@ -156,8 +173,8 @@ struct CurvatureTree::Builder {
       first.upper[d] = second_box.lower[d] = box.center()[d];
       std::vector<dvec4> lower, upper;
       if (!net.empty()) halve(net, patches.degree_u, patches.degree_v, along_u, lower, upper);
-      const int x = cell(first, std::move(lower), depth + 1);
-      const int y = cell(second_box, std::move(upper), depth + 1);
+      const int x = cell(first, std::move(lower), patch, depth + 1);
+      const int y = cell(second_box, std::move(upper), patch, depth + 1);
       CurvatureRange both = tree.nodes_[x].range;
       both.add(tree.nodes_[y].range);
       tree.nodes_[node].range = both;
@@ -200,15 +217,16 @@ struct CurvatureTree::Builder {
 };
 
 CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart, const Box2& box,
-                             const ToleranceField& tolerance, double angle) {
-  Builder b{*this, chart, tolerance, angle, {}, chart.surface().rational};
+                             const ToleranceField& tolerance, double angle)
+    : surface_(chart.surface()) {
+  Builder b{*this, chart, tolerance, angle, patches_, surface_.rational};
   if (chart.closed_form()) {
-    b.cell(box, {}, 0);
+    b.cell(box, {}, -1, 0);
     return;
   }
-  b.patches = nurbs::bezier_patches(store, chart.surface());
+  patches_ = nurbs::bezier_patches(store, surface_);
   // The patches that the face touches.
-  const auto& p = b.patches;
+  const nurbs::BezierPatches& p = patches_;
   int u0 = 0, u1 = p.spans_u, v0 = 0, v1 = p.spans_v;
   while (u0 + 1 < u1 && p.uv_face[u0 * p.spans_v].upper.x <= box.lower.x) ++u0;
   while (u1 - 1 > u0 && p.uv_face[(u1 - 1) * p.spans_v].lower.x >= box.upper.x) --u1;
@@ -225,9 +243,14 @@ CurvatureRange CurvatureTree::over(const Box2& box) const {
 
 void CurvatureTree::gather(int index, const Box2& box, CurvatureRange& out) const {
   const Node& node = nodes_[index];
-  if (node.child[0] < 0 || (glm::all(glm::lessThanEqual(box.lower, node.box.lower)) &&
-                            glm::all(glm::lessThanEqual(node.box.upper, box.upper)))) {
+  const bool covered = glm::all(glm::lessThanEqual(box.lower, node.box.lower)) &&
+                       glm::all(glm::lessThanEqual(node.box.upper, box.upper));
+  if (covered) {
     out.add(node.range);
+    return;
+  }
+  if (node.child[0] < 0) {
+    out.second.add(part_of_leaf(node, box));
     return;
   }
   // Outside of the root the nearest leaves' polynomials go on.
@@ -245,6 +268,23 @@ void CurvatureTree::gather(int index, const Box2& box, CurvatureRange& out) cons
     if (own_u > 0) out.kink_u.add(node.range.kink_u), out.kinks_u += own_u;
     if (own_v > 0) out.kink_v.add(node.range.kink_v), out.kinks_v += own_v;
   }
+}
+
+// Sharper than the leaf's own range, since a triangle is mostly smaller.
+DerivativeRange CurvatureTree::part_of_leaf(const Node& leaf, const Box2& box) const {
+  const Box2 part{glm::max(box.lower, leaf.box.lower), glm::min(box.upper, leaf.box.upper)};
+  const dvec2 e = part.extent(), whole = leaf.box.extent();
+  constexpr double kMostly = 0.7;
+  if (!(e.x > 0.0 && e.y > 0.0) || (e.x > kMostly * whole.x && e.y > kMostly * whole.y))
+    return leaf.range.second;
+  if (leaf.patch < 0) return closed_form_range(surface_, part);
+  const Box2& patch = patches_.uv_face[leaf.patch];
+  thread_local std::vector<dvec4> net;
+  const dvec4* begin = patches_.ctrl_h.data() + std::size_t(leaf.patch) * patches_.points();
+  net.assign(begin, begin + patches_.points());
+  restrict_net(net, patches_.degree_u, patches_.degree_v, (part.lower - patch.lower) / patch.extent(),
+               (part.upper - patch.lower) / patch.extent());
+  return patch_range(net.data(), patches_.degree_u, patches_.degree_v, e, surface_.rational);
 }
 
 }  // namespace trimray::tess

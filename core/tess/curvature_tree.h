@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "core/nurbs/bezier.h"
 #include "core/tess/chart.h"
 #include "core/tess/derivative_range.h"
 #include "core/tess/tolerance_field.h"
@@ -47,11 +48,15 @@ class CurvatureTree {
     Box2 box;
     CurvatureRange range;
     int child[2] = {-1, -1};
+    int patch = -1;  // of a leaf
   };
   struct Builder;
 
   void gather(int node, const Box2& box, CurvatureRange& out) const;
+  DerivativeRange part_of_leaf(const Node& leaf, const Box2& box) const;
 
+  const nurbs::Surface& surface_;
+  nurbs::BezierPatches patches_;  // none for closed forms
   std::vector<Node> nodes_;
   std::vector<GridLeaf> leaves_;
 };

@@ -17,6 +17,7 @@ using nurbs::SurfaceKind;
 namespace {
 
 constexpr int kRounds = 24;
+constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with it the triangle can be within
 constexpr std::size_t kMaxPoints = 4'000'000;
 
 class FaceMesher {
@@ -68,6 +69,7 @@ class FaceMesher {
       for (std::size_t i = 0; i < loop.size(); ++i) {
         const int a = index[i], b = index[(i + 1) % loop.size()];
         if (a == b) continue;
+        boundary_[{std::min(a, b), std::max(a, b)}] = static_cast<int>(sides_.size());
         sides_.push_back({a, b});
         side_edge_.push_back({loop[i].edge, loop[i].segment});
       }
@@ -147,7 +149,7 @@ class FaceMesher {
       for (int k = 0; k < 3; ++k) {
         const dvec3 &a = points_[t[k]].normal, &b = points_[t[(k + 1) % 3]].normal;
         if (std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) > 1.000001 * limits_.angle)
-          r.worst_side = k, r.deviation = kInf;
+          r.side[k] = r.deviation = kInf;
       }
     return r;
   }
@@ -155,39 +157,58 @@ class FaceMesher {
   // New points in triangles that are too far off; false when there are none to add.
   bool refine() {
     bounds_.clear();
-    std::map<std::array<int, 2>, int> boundary;
-    for (std::size_t i = 0; i < sides_.size(); ++i)
-      boundary[{std::min(sides_[i][0], sides_[i][1]), std::max(sides_[i][0], sides_[i][1])}] =
-          static_cast<int>(i);
-    std::vector<std::array<int, 2>> halve;
     out_.split.clear(), out_.failure.clear();
+    std::vector<std::array<int, 2>> halve;
     for (const auto& t : triangles_) {
-      if (collapsed(t)) {
-        bounds_.push_back(0.0);
-        continue;
-      }
-      const TriangleBound b = bound(t);
-      bounds_.push_back(b.deviation);
+      const double bound = known_bound(t);
+      bounds_.push_back(bound);
+      if (collapsed(t)) continue;
       Box3 box;
       for (const int k : t) box.add(points_[k].place);
       const double limit = limits_.tolerance->at(box), gap = corner_gap(t);
       // What the file's own gaps take up cannot be refined away.
-      if (b.deviation + gap <= limit || b.deviation <= std::max(0.0, std::max(limit - gap, 0.3 * limit)))
-        continue;
-      int a = t[b.worst_side], c = t[(b.worst_side + 1) % 3];
-      const auto on_boundary = boundary.find({std::min(a, c), std::max(a, c)});
-      if (on_boundary == boundary.end())
-        halve.push_back({std::min(a, c), std::max(a, c)});
-      else if (side_edge_[on_boundary->second][0] >= 0)
-        out_.split.push_back(side_edge_[on_boundary->second]);
-      else
-        out_.failure = "a natural border is too coarse";
+      if (bound + gap > limit && bound > std::max(limit - gap, 0.3 * limit)) improve(t, limit, halve);
     }
-    if (!out_.split.empty()) out_.failure = "an edge must be finer";
+    // Edges that must be finer change the boundary: then all begins again, with the inner points found so
+    // far.
+    if (!out_.split.empty()) {
+      out_.failure = "an edge must be finer";
+      return false;
+    }
     std::sort(halve.begin(), halve.end());
     halve.erase(std::unique(halve.begin(), halve.end()), halve.end());
     for (const auto& s : halve) add_inner(0.5 * (points_[s[0]].p + points_[s[1]].p));
     return !halve.empty();
+  }
+
+  double known_bound(const std::array<int, 3>& t) {
+    if (collapsed(t)) return 0.0;
+    const auto [at, fresh] = known_bounds_.try_emplace(t, 0.0);
+    if (fresh) at->second = bound(t).deviation;
+    return at->second;
+  }
+
+  // Halves the side that deviates most. Sides on edges are the neighbours' too: only when they must be.
+  void improve(const std::array<int, 3>& t, double limit, std::vector<std::array<int, 2>>& halve) {
+    const TriangleBound b = bound(t);
+    int worst = -1;
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], c = t[(k + 1) % 3];
+      const auto side = boundary_.find({std::min(a, c), std::max(a, c)});
+      if (side != boundary_.end()) {
+        if (b.side[k] <= kSideShare * limit) continue;
+        const auto& edge = side_edge_[side->second];
+        if (edge[0] >= 0) {
+          out_.split.push_back(edge);
+          return;
+        }
+        continue;
+      }
+      if (worst < 0 || b.side[k] > b.side[worst]) worst = k;
+    }
+    if (worst < 0) return;
+    const int a = t[worst], c = t[(worst + 1) % 3];
+    halve.push_back({std::min(a, c), std::max(a, c)});
   }
 
   void take() {
@@ -216,6 +237,8 @@ class FaceMesher {
   std::vector<std::array<int, 2>> sides_;
   std::vector<std::array<std::int32_t, 2>> side_edge_;
   std::vector<std::array<int, 3>> triangles_;
+  std::map<std::array<int, 2>, int> boundary_;  // side by its ends, the lower first
+  std::map<std::array<int, 3>, double> known_bounds_;
   std::vector<double> bounds_;
   FaceMesh out_;
 };

@@ -75,9 +75,10 @@ std::vector<dvec2> inner_points(const CurvatureTree& tree, const FacePolygon& po
     // A leaf's lower and left borders are its own, but where they are the face's.
     const int first_u = leaf.box.lower.x > polygon.box.lower.x + least.x ? 0 : 1;
     const int first_v = leaf.box.lower.y > polygon.box.lower.y + least.y ? 0 : 1;
-    for (int i = first_u; i < leaf.count_u; ++i)
-      for (int j = first_v; j < leaf.count_v; ++j) {
-        const dvec2 p = leaf.box.lower + cell * dvec2(i, j);
+    for (int j = first_v; j < leaf.count_v; ++j)
+      for (int i = first_u; i < leaf.count_u; ++i) {
+        const double stagger = leaf.count_u > 1 && leaf.count_v > 1 && (j & 1) ? 0.5 : 0.0;
+        const dvec2 p = leaf.box.lower + cell * dvec2(i + stagger, j);
         if (rows.takes(p, cell, kReach)) points.push_back(p);
       }
   }

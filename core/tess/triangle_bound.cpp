@@ -18,8 +18,6 @@ double enclosing(double a, double b, double c) {
   return a * b * c / (2.0 * (a * b + b * c + c * a) - (a * a + b * b + c * c));
 }
 
-int longest(double a, double b, double c) { return a >= b && a >= c ? 0 : b >= c ? 1 : 2; }
-
 double square(double x) { return x * x; }
 
 // Cylinders and cones: at its own height no point of the triangle is nearer to the axis than the middle of
@@ -27,10 +25,9 @@ double square(double x) { return x * x; }
 TriangleBound round_bound(const Surface& f, const dvec2 p[3]) {
   const double turn[3] = {std::abs(p[1].x - p[0].x), std::abs(p[2].x - p[1].x), std::abs(p[0].x - p[2].x)};
   TriangleBound r;
-  r.worst_side = longest(turn[0], turn[1], turn[2]);
-  const double most = turn[r.worst_side];
-  if (!(most < 3.0)) return r;
+  const double most = std::max(turn[0], std::max(turn[1], turn[2]));
   double radius = std::abs(f.r1), tilt = 1.0;
+  bool through_apex = false;
   if (f.kind == SurfaceKind::kCone) {
     const double slope = std::sin(f.semi_angle);
     double least = kInf, largest = -kInf;
@@ -38,10 +35,12 @@ TriangleBound round_bound(const Surface& f, const dvec2 p[3]) {
       const double at = f.r1 + p[k].y * slope;
       least = std::min(least, at), largest = std::max(largest, at);
     }
-    if (least < 0.0 && largest > 0.0) return r;  // through the apex
+    through_apex = std::min(-least, largest) > 1e-9 * std::max(-least, largest);
     radius = std::max(-least, largest), tilt = std::abs(std::cos(f.semi_angle));
   }
-  r.deviation = 2.0 * radius * square(std::sin(0.25 * most)) * tilt;
+  const auto deviation = [&](double angle) { return 2.0 * radius * square(std::sin(0.25 * angle)) * tilt; };
+  for (int k = 0; k < 3; ++k) r.side[k] = deviation(turn[k]);
+  if (most < 3.0 && !through_apex) r.deviation = deviation(most);
   return r;
 }
 
@@ -52,7 +51,7 @@ TriangleBound sphere_bound(const Surface& f, const dvec3 s[3]) {
     l2[k] = glm::dot(d, d);
   }
   TriangleBound r;
-  r.worst_side = longest(l2[0], l2[1], l2[2]);
+  for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * l2[k] / std::abs(f.r1);
   const double radius2 = f.r1 * f.r1, depth = enclosing(l2[0], l2[1], l2[2]);
   if (depth < 0.75 * radius2) r.deviation = depth / (std::abs(f.r1) + std::sqrt(radius2 - depth));
   return r;
@@ -140,12 +139,13 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
     const Interpolation::Error whole = interpolation.whole();
     if (attempt == 0) {
       r.deviation = whole.most;
-      r.worst_side = longest(whole.side[0], whole.side[1], whole.side[2]);
+      for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * whole.side[k];
       if (!(area2 > 0.0)) return r;
     }
     const dvec3 n = cross / area2;
     const Interpolation::Error height = interpolation.along(n);
-    if (attempt == 0) r.worst_side = longest(height.side[0], height.side[1], height.side[2]);
+    if (attempt == 0)
+      for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * height.side[k];
     double shift = 0.0, growth = 0.0;
     for (int k = 0; k < 3; ++k) {
       const dvec3 side = s[(k + 1) % 3] - s[k];
@@ -178,7 +178,7 @@ TriangleBound bound_triangle(const Chart& chart, const CurvatureTree* tree, cons
   const Surface& f = chart.surface();
   switch (f.kind) {
     case SurfaceKind::kPlane:
-      return {0.0, 0};
+      return {0.0, {0.0, 0.0, 0.0}};
     case SurfaceKind::kCylinder:
     case SurfaceKind::kCone:
       return round_bound(f, p);

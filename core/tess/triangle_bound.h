@@ -8,7 +8,8 @@ namespace trimray::tess {
 
 struct TriangleBound {
   double deviation = kInf;  // mm; no point of the triangle is farther from the (untrimmed) surface
-  int worst_side = 0;       // 0: corners 0 and 1, 1: 1 and 2, 2: 2 and 0; halving it helps most
+  // What each side would deviate alone (0: corners 0 and 1, 1: 1 and 2, 2: 2 and 0).
+  double side[3] = {kInf, kInf, kInf};
 };
 
 // p: corners in the chart; s: the surface's points there. The triangle lies on s; one whose corners are up to
