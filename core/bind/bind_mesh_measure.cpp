@@ -1,6 +1,8 @@
 // What verification asks of a mesh: measured distances from the exact surfaces and edges.
 #include <cstring>
 
+#include <nanobind/stl/pair.h>
+
 #include "core/bind/bind.h"
 #include "core/tess/edge_measure.h"
 #include "core/tess/mesh_measure.h"
@@ -28,18 +30,21 @@ tess::TriMesh mesh_of(const In2<double, 3>& vertices, const In2<std::int32_t, 3>
   return mesh;
 }
 
-Out<double> measure_mesh(const nurbs::NurbsStore& store, const In2<double, 3>& vertices,
-                         const In2<std::int32_t, 3>& triangles, const Uv& corner_uv,
-                         const In1<std::int32_t>& face, int subdivisions, std::int64_t most_triangles,
-                         std::uint64_t seed, int threads) {
-  const tess::TriMesh mesh = mesh_of(vertices, triangles, corner_uv, face);
-  std::vector<double> deviation;
+std::pair<Out<double>, Out<double>> measure_mesh(const nurbs::NurbsStore& store,
+                                                 const In2<double, 3>& vertices,
+                                                 const In2<std::int32_t, 3>& triangles, const Uv& corner_uv,
+                                                 const In1<std::int32_t>& face, const In1<double>& enough,
+                                                 int subdivisions, std::int64_t most_triangles,
+                                                 std::uint64_t seed, int threads) {
+  tess::TriMesh mesh = mesh_of(vertices, triangles, corner_uv, face);
+  mesh.deviation = vector(enough);
+  tess::DeviationMeasure m;
   {
     nb::gil_scoped_release release;
-    deviation = tess::measure_deviation(store, mesh, {subdivisions, most_triangles, seed, threads});
+    m = tess::measure_deviation(store, mesh, {subdivisions, most_triangles, seed, threads});
   }
-  const std::size_t count = deviation.size();
-  return array(std::move(deviation), {count});
+  const std::size_t count = m.to_surface.size();
+  return {array(std::move(m.to_surface), {count}), array(std::move(m.from_surface), {count})};
 }
 
 Dict measure_mesh_edges(const nurbs::NurbsStore& store, const In2<double, 3>& vertices,
@@ -54,17 +59,17 @@ Dict measure_mesh_edges(const nurbs::NurbsStore& store, const In2<double, 3>& ve
   const std::size_t n = m.sides.size();
   std::vector<std::int32_t> triangle, corner, edge;
   std::vector<std::uint8_t> open;
-  std::vector<double> from, to, edge_to_triangle, side_to_edge;
+  std::vector<double> from, to, edge_to_side, side_to_edge;
   for (const tess::BorderSide& s : m.sides) {
     triangle.push_back(s.triangle), corner.push_back(s.corner), edge.push_back(s.edge);
     open.push_back(s.open), from.push_back(s.from), to.push_back(s.to);
-    edge_to_triangle.push_back(s.edge_to_triangle), side_to_edge.push_back(s.side_to_edge);
+    edge_to_side.push_back(s.edge_to_side), side_to_edge.push_back(s.side_to_edge);
   }
   Dict d;
   d["triangle"] = array(std::move(triangle), {n}), d["corner"] = array(std::move(corner), {n});
   d["edge"] = array(std::move(edge), {n}), d["open"] = array(std::move(open), {n});
   d["from"] = array(std::move(from), {n}), d["to"] = array(std::move(to), {n});
-  d["edge_to_triangle"] = array(std::move(edge_to_triangle), {n});
+  d["edge_to_side"] = array(std::move(edge_to_side), {n});
   d["side_to_edge"] = array(std::move(side_to_edge), {n});
   const std::size_t edges = m.length.size();
   d["edge_length"] = array(std::move(m.length), {edges});
@@ -111,11 +116,15 @@ Out<std::uint8_t> closed_faces(const nurbs::NurbsStore& store) {
 }  // namespace
 
 void bind_mesh_measure(nb::module_& m) {
-  m.def("measure_mesh", &measure_mesh, nb::arg("store"), nb::arg("vertices"), nb::arg("triangles"),
-        nb::arg("corner_uv"), nb::arg("face"), nb::arg("subdivisions") = 6, nb::arg("most_triangles") = 0,
-        nb::arg("seed") = 1, nb::arg("threads") = 0,
-        "(m,) float64, mm: the largest distance found between each triangle and its face's exact surface, "
-        "either way; NaN where not chosen or not exact. ArgumentError: the mesh does not fit the store.");
+  m.def(
+      "measure_mesh", &measure_mesh, nb::arg("store"), nb::arg("vertices"), nb::arg("triangles"),
+      nb::arg("corner_uv"), nb::arg("face"), nb::arg("enough"), nb::arg("subdivisions") = 6,
+      nb::arg("most_triangles") = 0, nb::arg("seed") = 1, nb::arg("threads") = 0,
+      "By triangle, mm: the largest distance found of its points from its face's surface, and of the "
+      "surface's "
+      "points at the same uv from the face's triangles (other triangles than its own are asked where that is "
+      "over enough, (m,)); NaN where not chosen or not exact. ArgumentError: the mesh does not fit the "
+      "store.");
   m.def(
       "measure_mesh_edges", &measure_mesh_edges, nb::arg("store"), nb::arg("vertices"), nb::arg("triangles"),
       nb::arg("corner_uv"), nb::arg("face"), nb::arg("points") = 16, nb::arg("threads") = 0,

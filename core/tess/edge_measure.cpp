@@ -204,15 +204,12 @@ class Measurer {
   }
 
   void compare(const EdgePath& path, BorderSide& side) const {
-    const auto& t = mesh_.triangles[side.triangle];
-    const std::array<dvec3, 3> corners{mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
     const dvec3 a = start(side), b = stop(side);
     std::vector<dvec3> arc;
     for (int k = 0; k <= 4 * points_; ++k)
       arc.push_back(path.point(side.from + (side.to - side.from) * k / (4.0 * points_)));
-    side.edge_to_triangle = side.side_to_edge = 0.0;
-    for (const dvec3& p : arc)
-      side.edge_to_triangle = std::max(side.edge_to_triangle, triangle_distance(p, corners));
+    side.edge_to_side = side.side_to_edge = 0.0;
+    for (const dvec3& p : arc) side.edge_to_side = std::max(side.edge_to_side, segment_distance(p, a, b));
     for (int k = 0; k <= points_; ++k) {
       const dvec3 p = a + (b - a) * (double(k) / points_);
       double nearest = kInf;

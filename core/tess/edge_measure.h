@@ -16,8 +16,8 @@ struct BorderSide {
   std::int32_t edge = -1;                   // NurbsStore::edges; -1: it lies on no edge of its face
   bool open = false;                        // no other triangle beside it
   double from = 0.0, to = 0.0;              // where its ends lie on the edge, in pieces: [0, pieces.size()]
-  double edge_to_triangle = 0.0;  // mm: largest distance of the edge's points between them from the triangle
-  double side_to_edge = 0.0;      // mm: largest distance of the side's points from the edge
+  double edge_to_side = 0.0;  // mm: largest distance of the edge's points between them from the side
+  double side_to_edge = 0.0;  // mm: largest distance of the side's points from the edge
 };
 
 struct EdgeMeasure {

@@ -45,22 +45,61 @@ double descend(const nurbs::SurfaceView& surface, const dvec3& p, dvec2 uv) {
   return best;
 }
 
-double measure_triangle(const nurbs::SurfaceView& surface, const std::array<dvec2, 3>& uv,
-                        const std::array<dvec3, 3>& p, int n) {
-  double worst = 0.0;
+// All triangles of each face, with boxes, to find the nearest one.
+class FaceTriangles {
+ public:
+  FaceTriangles(const NurbsStore& store, const TriMesh& mesh)
+      : mesh_(mesh), first_(store.faces.size() + 1, 0) {
+    for (const std::int32_t f : mesh.face) ++first_[f + 1];
+    for (std::size_t f = 0; f + 1 < first_.size(); ++f) first_[f + 1] += first_[f];
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    list_.resize(mesh.face.size());
+    for (std::size_t i = 0; i < mesh.face.size(); ++i) list_[next[mesh.face[i]]++] = i;
+  }
+
+  // Distance of p from the face's triangles, `best` where none is nearer than that.
+  double nearest(std::int32_t face, const dvec3& p, double best) const {
+    for (std::size_t k = first_[face]; k < first_[face + 1]; ++k) {
+      const auto& t = mesh_.triangles[list_[k]];
+      const std::array<dvec3, 3> c{mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
+      const dvec3 lower = glm::min(glm::min(c[0], c[1]), c[2]), upper = glm::max(glm::max(c[0], c[1]), c[2]);
+      if (glm::distance(p, glm::clamp(p, lower, upper)) < best)
+        best = std::min(best, triangle_distance(p, c));
+    }
+    return best;
+  }
+
+ private:
+  const TriMesh& mesh_;
+  std::vector<std::size_t> first_, list_;
+};
+
+struct Worst {
+  double to_surface = 0.0, from_surface = 0.0;
+};
+
+Worst measure_triangle(const nurbs::SurfaceView& surface, const TriMesh& mesh, const FaceTriangles& all,
+                       std::size_t index, int n) {
+  const auto& t = mesh.triangles[index];
+  const std::array<dvec3, 3> p{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+  const auto& uv = mesh.corner_uv[index];
+  const double enough = mesh.deviation.empty() ? 0.0 : mesh.deviation[index];
+  Worst worst;
   for (int i = 0; i <= n; ++i) {
     for (int j = 0; i + j <= n; ++j) {
       const double a = double(i) / n, b = double(j) / n, c = double(n - i - j) / n;
       const dvec3 point = a * p[0] + b * p[1] + c * p[2];
       const dvec2 at = a * uv[0] + b * uv[1] + c * uv[2];
       const dvec3 exact = nurbs::evaluate_point(surface, at);
-      worst = std::max(worst, triangle_distance(exact, p));
-      // Its distance from the surface is at most that from `exact`: ask only when that could matter.
-      if (!(glm::distance(exact, point) > worst)) continue;
+      double from = triangle_distance(exact, p);
+      if (from > enough && from > worst.from_surface) from = all.nearest(mesh.face[index], exact, from);
+      worst.from_surface = std::max(worst.from_surface, from);
+      // A point's distance from the surface is at most that from `exact`: ask only when that could matter.
+      if (!(glm::distance(exact, point) > worst.to_surface)) continue;
       double distance = descend(surface, point, at);
-      for (int k = 0; k < 3 && distance > worst; ++k)
+      for (int k = 0; k < 3 && distance > worst.to_surface; ++k)
         distance = std::min(distance, descend(surface, point, 0.5 * (at + uv[k])));
-      worst = std::max(worst, distance);
+      worst.to_surface = std::max(worst.to_surface, distance);
     }
   }
   return worst;
@@ -112,26 +151,28 @@ double triangle_distance(const dvec3& p, const std::array<dvec3, 3>& t) {
   return std::min({to_segment(t[0], t[1]), to_segment(t[1], t[2]), to_segment(t[2], t[0])});
 }
 
-std::vector<double> measure_deviation(const NurbsStore& store, const TriMesh& mesh,
-                                      const MeasureOptions& options) {
+DeviationMeasure measure_deviation(const NurbsStore& store, const TriMesh& mesh,
+                                   const MeasureOptions& options) {
   check_mesh_fits(store, mesh);
+  if (!mesh.deviation.empty() && mesh.deviation.size() != mesh.triangles.size())
+    throw ArgumentError("the mesh's arrays differ in length");
   if (options.subdivisions < 1 || options.subdivisions > 1000)
     throw ArgumentError("subdivisions must be in 1..1000");
   const std::size_t count = mesh.triangles.size();
   const double share = options.most_triangles > 0 && count > 0
                            ? static_cast<double>(options.most_triangles) / static_cast<double>(count)
                            : 1.0;
-  std::vector<double> result(count, kNaN);
+  DeviationMeasure result{std::vector<double>(count, kNaN), std::vector<double>(count, kNaN)};
+  const FaceTriangles all(store, mesh);
   parallel_ranges(count, 64, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const nurbs::Face& face = store.faces[mesh.face[i]];
       if (face.surface < 0 || face.triangles.size() > 0 || face.status != nurbs::FaceStatus::kOk) continue;
       if (share < 1.0 && static_cast<double>(shuffled(i ^ (options.seed << 40)) >> 11) * 0x1p-53 >= share)
         continue;
-      const auto& t = mesh.triangles[i];
-      result[i] = measure_triangle(nurbs::view(store, store.surfaces[face.surface]), mesh.corner_uv[i],
-                                   {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
-                                   options.subdivisions);
+      const Worst worst = measure_triangle(nurbs::view(store, store.surfaces[face.surface]), mesh, all, i,
+                                           options.subdivisions);
+      result.to_surface[i] = worst.to_surface, result.from_surface[i] = worst.from_surface;
     }
   });
   return result;

@@ -18,12 +18,20 @@ struct MeasureOptions {
   int threads = 0;  // 0: all cores; the same numbers for any
 };
 
-// By triangle, mm: the largest distance found of a point of the triangle from the face's surface, and of the
-// surface's point at the same place in uv from the triangle. Never more than the true distance by more than
-// rounding. NaN: not chosen, a mesh face, or a face that cannot be evaluated. Throws ArgumentError for a mesh
-// that does not fit the store.
-std::vector<double> measure_deviation(const nurbs::NurbsStore& store, const TriMesh& mesh,
-                                      const MeasureOptions& options = {});
+// By triangle, mm. Never more than the true distances by more than rounding. NaN: not chosen, a mesh face, or
+// a face that cannot be evaluated.
+struct DeviationMeasure {
+  // Largest distance found of a point of the triangle from the face's (untrimmed) surface.
+  std::vector<double> to_surface;
+  // Largest distance found of the surface's point at the same place in uv from the face's triangles: from
+  // this one where that is within mesh.deviation[i], else from the nearest of all.
+  std::vector<double> from_surface;
+};
+
+// mesh.deviation may be empty: every distance is then looked at closely. Throws ArgumentError for a mesh that
+// does not fit the store.
+DeviationMeasure measure_deviation(const nurbs::NurbsStore& store, const TriMesh& mesh,
+                                   const MeasureOptions& options = {});
 
 // By face of the store: signed area of its triangles in uv_face, and how many are turned over there (against
 // the face's orientation) or without area.

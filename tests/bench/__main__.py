@@ -1,4 +1,5 @@
-"""Speed and memory of each stage, model by model, and of a cached second render.
+"""Speed and memory of each stage, model by model, and of a cached second render; `scripts/bench mesh`: the
+tessellator beside BRepMesh (mesh.py).
 
 Every figure is a median of --repeat runs in this process or, for memory and the second render, of whole
 processes. Rays are primary rays of the orthographic iso view at 1024 x 1024, background included, one
@@ -22,6 +23,8 @@ import numpy as np
 
 import trimray
 from trimray import _core
+
+from . import mesh
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = Path(os.environ.get("TRIMRAY_MODELS", ROOT.parent / "shared" / "models"))
@@ -133,18 +136,31 @@ _PEAK = (
 def main() -> int:
     parser = argparse.ArgumentParser(prog="scripts/bench", description=__doc__)
     parser.add_argument("files", nargs="*", type=Path, help="models; default: a set from TRIMRAY_MODELS")
-    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--repeat", type=int, help="runs a figure; default: 3, of meshes 5")
     parser.add_argument("--skip-processes", action="store_true", help="leave out the whole-process table")
-    args = parser.parse_args()
-    files = args.files or [MODELS / name for name in SET]
+    parser.add_argument(
+        "--deviations",
+        type=float,
+        nargs="+",
+        default=mesh.DEVIATIONS,
+        help="of meshes, parts of the diagonal",
+    )
+    parser.add_argument("--time-limit", type=float, default=300.0, help="seconds for BRepMesh's child")
+    arguments = sys.argv[1:]
+    of_meshes = arguments[:1] == ["mesh"]
+    args = parser.parse_args(arguments[of_meshes:])
+    files = args.files or [MODELS / name for name in (mesh.SET if of_meshes else SET)]
     files = [f for f in files if f.is_file()]
     if not files:
         print(f"no models in {MODELS}; set TRIMRAY_MODELS or name files", file=sys.stderr)
         return 2
     print(f"trimray {trimray.__version__}, {os.cpu_count()} cores\n")
-    import_table(files, args.repeat)
+    if of_meshes:
+        mesh.table(files, list(args.deviations), args.repeat or 5, args.time_limit)
+        return 0
+    import_table(files, args.repeat or 3)
     if not args.skip_processes:
-        second_render(files, args.repeat)
+        second_render(files, args.repeat or 3)
     return 0
 
 

@@ -37,7 +37,9 @@ TEST(MeasureDeviation, TubeIsOffByTheRiseOfItsArcs) {
     for (const int n : {3, 8, 50}) {
       const TriMesh mesh = face_grid(store, n, 2, true);
       const double rise = 2.0 * (1.0 - std::cos(kPi / n));
-      for (const double d : measure_deviation(store, mesh)) EXPECT_NEAR(d, rise, 1e-9);
+      const DeviationMeasure m = measure_deviation(store, mesh);
+      for (const double d : m.to_surface) EXPECT_NEAR(d, rise, 1e-9);
+      for (const double d : m.from_surface) EXPECT_NEAR(d, rise, 1e-9);
     }
   }
 }
@@ -48,7 +50,8 @@ TEST(MeasureDeviation, VerticesOffTheSurfaceAreSeen) {
   const double usual = *std::max_element(mesh.deviation.begin(), mesh.deviation.end());
   EXPECT_EQ(usual, 0.0);
   mesh.vertices[387] *= 1.25;
-  const auto measured = measure_deviation(store, mesh);
+  mesh.deviation.assign(mesh.triangles.size(), 1.0);
+  const auto measured = measure_deviation(store, mesh).to_surface;
   int far = 0;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const auto& t = mesh.triangles[i];
@@ -67,15 +70,20 @@ TEST(MeasureDeviation, WrongUvIsSeen) {
   const nurbs::NurbsStore store = store_of(nurbs::full_sphere({}, 1.0));
   TriMesh mesh = face_grid(store, 60, 30, true);
   for (dvec2& uv : mesh.corner_uv[751]) uv.x += 0.3;
-  EXPECT_GT(measure_deviation(store, mesh)[751], 0.1);
+  mesh.deviation.assign(mesh.triangles.size(), 0.01);
+  EXPECT_LT(measure_deviation(store, mesh).to_surface[751], 0.01) << "the triangle is where it was";
+  EXPECT_LT(measure_deviation(store, mesh).from_surface[751], 0.01) << "another triangle is there";
+  mesh.deviation.assign(mesh.triangles.size(), 1.0);
+  EXPECT_GT(measure_deviation(store, mesh).from_surface[751], 0.1) << "its own, where that is near enough";
 }
 
 TEST(MeasureDeviation, AChoiceOfTrianglesIsMeasuredAlikeByAnyNumberOfThreads) {
   const nurbs::NurbsStore store = store_of(nurbs::full_torus({}, 3.0, 1.0));
-  const TriMesh mesh = face_grid(store, 60, 40, true, true);
-  const auto all = measure_deviation(store, mesh);
-  const auto some = measure_deviation(store, mesh, {6, 500, 3, 2}),
-             one = measure_deviation(store, mesh, {6, 500, 3, 1});
+  TriMesh mesh = face_grid(store, 60, 40, true, true);
+  mesh.deviation.assign(mesh.triangles.size(), 1.0);
+  const auto all = measure_deviation(store, mesh).to_surface;
+  const auto some = measure_deviation(store, mesh, {6, 500, 3, 2}).to_surface;
+  const auto one = measure_deviation(store, mesh, {6, 500, 3, 1}).to_surface;
   int measured = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(std::isnan(some[i]), std::isnan(one[i]));
@@ -128,7 +136,7 @@ TEST(MeasureEdges, RimsAndSeamOfATubeAreFound) {
     EXPECT_EQ(open, 2 * n);
     EXPECT_EQ(m.sides.size(), 2u * n + 8u) << "two rims, and the seam from both sides";
     const double rise = 2.0 * (1.0 - std::cos(kPi / n));
-    EXPECT_NEAR(worst(m, &BorderSide::edge_to_triangle), rise, 1e-3 * rise);
+    EXPECT_NEAR(worst(m, &BorderSide::edge_to_side), rise, 1e-3 * rise);
     EXPECT_NEAR(worst(m, &BorderSide::side_to_edge), rise, 0.01 * rise);
     for (std::size_t e = 0; e < store.edges.size(); ++e)
       EXPECT_NEAR(m.missing[e], 0.0, 1e-9) << n << " " << e;
