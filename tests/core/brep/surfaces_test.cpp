@@ -139,7 +139,7 @@ TEST_F(BintoolsSurfaces, FacesKeepToleranceAndNaturalRestriction) {
   for (std::size_t i = 0; i < model.faces.size(); ++i) {
     EXPECT_EQ(model.faces[i].tolerance, 0.001 * static_cast<double>(i + 1));
     EXPECT_EQ(model.faces[i].natural_restriction, i % 2 == 0);
-    EXPECT_FALSE(model.faces[i].has_triangulation);
+    EXPECT_EQ(model.faces[i].mesh, -1);
   }
 }
 

@@ -43,7 +43,7 @@ inline Findings check(const NurbsStore& store, int samples_per_piece, unsigned s
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const Face& face : store.faces) {
-    if (face.status != FaceStatus::kOk) continue;
+    if (face.status != FaceStatus::kOk || face.is_mesh()) continue;
     const SurfaceView s = view(store, store.surfaces[face.surface]);
     const dvec2 size = face.uv_box.extent();
     double area = 0.0;

@@ -64,12 +64,24 @@ struct RayMaker {
     return through(placed.placement.point(dvec3(c[0]) / c[0].w) + small() * direction(), direction());
   }
 
+  // At a corner or a point of a side of a triangle, exactly or a little beside it.
+  trace::Ray at_corner(const nurbs::Instance& placed, const nurbs::Face& face) {
+    const auto count = static_cast<std::uint64_t>(face.triangles.size());
+    const nurbs::Triangle& t =
+        store.mesh_triangles[face.triangles.begin + static_cast<std::int32_t>(engine() % count)];
+    const double x = engine() % 2 ? unit() : 0.0;
+    dvec3 p = (1.0 - x) * store.mesh_vertices[t[0]] + x * store.mesh_vertices[t[1]];
+    if (engine() % 2) p += small() * direction();
+    return through(placed.placement.point(p), direction());
+  }
+
   // Along a tangent of a surface, a little above or below it.
   trace::Ray at_silhouette() {
     const nurbs::Instance& placed = instance();
     const nurbs::Range faces = store.prototypes[placed.prototype].faces;
     const nurbs::Face& face = store.faces[faces.begin + static_cast<std::int32_t>(engine() % faces.size())];
     if (face.status != nurbs::FaceStatus::kOk) return random();
+    if (face.is_mesh()) return at_corner(placed, face);
     const dvec2 uv = face.uv_box.lower + face.uv_box.extent() * dvec2(unit(), unit());
     const nurbs::SurfacePoint s = nurbs::evaluate(store, store.surfaces[face.surface], uv);
     const dvec3 n = glm::cross(s.du, s.dv);
