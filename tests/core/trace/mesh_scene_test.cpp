@@ -91,7 +91,8 @@ TEST(MeshScene, BoxIsMetWhereASlabTestSays) {
 }
 
 // Rays at corners and at points of sides, exactly as far as numbers go, and along the sides themselves.
-void expect_watertight(const TestMesh& mesh, double size, unsigned seed) {
+// slivers: of triangles without area, which a ray may meet both before and behind.
+void expect_watertight(const TestMesh& mesh, double size, unsigned seed, int slivers = 0) {
   const Scene scene = scene_of(store_of(mesh));
   Random random(seed);
   Box3 box;
@@ -128,7 +129,10 @@ void expect_watertight(const TestMesh& mesh, double size, unsigned seed) {
   // From within a convex solid every ray leaves once.
   counts.resize(out.size());
   scene.count_hits(out, counts, 2);
-  for (std::size_t i = 0; i < out.size(); ++i) ASSERT_EQ(counts[i], 1) << "ray " << i;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    ASSERT_EQ(counts[i] % 2, 1) << "ray " << i;
+    ASSERT_LE(counts[i], 1 + 2 * slivers) << "ray " << i;
+  }
 }
 
 TEST(MeshScene, NothingSlipsThroughABox) { expect_watertight(box_mesh({-1, -2, 0}, {1, 3, 0.5}, 7), 4, 2); }
@@ -151,7 +155,7 @@ TEST(MeshScene, TrianglesWithoutAreaAreNoHoles) {
   mesh.triangles.push_back({m, t[1], t[2]});
   mesh.triangles.push_back({t[0], t[1], m});
   ASSERT_TRUE(nurbs::closes_up(mesh.vertices, mesh.triangles));
-  expect_watertight(mesh, 1.0, 7);
+  expect_watertight(mesh, 1.0, 7, 1);
 }
 
 TEST(MeshScene, AnswersDoNotDependOnThreadsOrderOrGrouping) {
