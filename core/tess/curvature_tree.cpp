@@ -7,8 +7,8 @@ namespace trimray::tess {
 namespace {
 
 // Halves a Bezier net at 1/2 along u or v (de Casteljau); both halves have the net's layout.
-void halve(const std::vector<dvec4>& net, int p, int q, bool along_u, std::vector<dvec4>& lower,
-           std::vector<dvec4>& upper) {
+void halve_net(const std::vector<dvec4>& net, int p, int q, bool along_u, std::vector<dvec4>& lower,
+               std::vector<dvec4>& upper) {
   lower.resize(net.size()), upper = net;
   const int row = q + 1, degree = along_u ? p : q, lines = along_u ? q + 1 : p + 1;
   const int step = along_u ? row : 1, line_step = along_u ? 1 : row;
@@ -105,35 +105,48 @@ struct CurvatureTree::Builder {
   }
 
   // Patches [u0, u1) x [v0, v1).
-  int grid(int u0, int u1, int v0, int v1) {
-    const Box2 box{patches.uv_face[u0 * patches.spans_v + v0].lower,
-                   patches.uv_face[(u1 - 1) * patches.spans_v + v1 - 1].upper};
+  int patch_nodes(int u0, int u1, int v0, int v1) {
+    const int first = u0 * patches.spans_v + v0;
+    const int node =
+        add({patches.uv_face[first].lower, patches.uv_face[(u1 - 1) * patches.spans_v + v1 - 1].upper});
     if (u1 - u0 == 1 && v1 - v0 == 1) {
-      const auto* net = patches.ctrl_h.data() + std::size_t(u0 * patches.spans_v + v0) * patches.points();
-      return cell(box, {net, net + patches.points()}, u0 * patches.spans_v + v0, 0);
+      tree.nodes_[node].patch = first;
+      tree.nodes_[node].range.second = range_of(tree.nodes_[node].box, net_of(first));
+      return node;
     }
-    const int node = add(box);
     const bool along_u = u1 - u0 >= v1 - v0;
     const int middle = along_u ? (u0 + u1) / 2 : (v0 + v1) / 2;
-    const int a = along_u ? grid(u0, middle, v0, v1) : grid(u0, u1, v0, middle);
-    const int b = along_u ? grid(middle, u1, v0, v1) : grid(u0, u1, middle, v1);
-    CurvatureRange r = tree.nodes_[a].range;
-    r.add(tree.nodes_[b].range);
-    kinks(u0, u1, v0, v1, along_u, middle, r);
-    tree.nodes_[node].range = r;
-    tree.nodes_[node].child[0] = a, tree.nodes_[node].child[1] = b;
+    const int a = along_u ? patch_nodes(u0, middle, v0, v1) : patch_nodes(u0, u1, v0, middle);
+    const int b = along_u ? patch_nodes(middle, u1, v0, v1) : patch_nodes(u0, u1, middle, v1);
+    join(node, a, b);
+    kinks(u0, u1, v0, v1, along_u, middle, tree.nodes_[node].range);
     return node;
   }
 
-  // A part of one patch, or of a closed form (net empty).
-  int cell(const Box2& box, std::vector<dvec4> net, int patch, int depth) {
-    const int node = add(box);
-    tree.nodes_[node].patch = patch;
+  std::vector<dvec4> net_of(int patch) const {
+    const dvec4* begin = patches.ctrl_h.data() + std::size_t(patch) * patches.points();
+    return {begin, begin + patches.points()};
+  }
+
+  DerivativeRange range_of(const Box2& box, const std::vector<dvec4>& net) const {
+    return net.empty() ? closed_form_range(chart.surface(), box)
+                       : patch_range(net.data(), patches.degree_u, patches.degree_v, box.extent(), rational);
+  }
+
+  void join(int node, int a, int b) {
+    CurvatureRange both = tree.nodes_[a].range;
+    both.add(tree.nodes_[b].range);
+    tree.nodes_[node].range = both;
+    tree.nodes_[node].child[0] = a, tree.nodes_[node].child[1] = b;
+  }
+
+  // A regular grid over the node where its bounds are tight enough, or else over its halves. net: of the
+  // node, which is a part of one patch; empty for closed forms.
+  void choose(int node, std::vector<dvec4> net, int depth) {
+    const Box2 box = tree.nodes_[node].box;
     const dvec2 e = box.extent();
-    CurvatureRange& r = tree.nodes_[node].range;
-    r.second = net.empty() ? closed_form_range(chart.surface(), box)
-                           : patch_range(net.data(), patches.degree_u, patches.degree_v, e, rational);
-    const DerivativeRange second = r.second;
+    const CurvatureRange& range = tree.nodes_[node].range;
+    const DerivativeRange second = range.second;
     const nurbs::SurfacePoint middle = chart.at(box.center());
     const dvec3 cross = glm::cross(middle.du, middle.dv);
     const double length = glm::length(cross);
@@ -146,43 +159,51 @@ struct CurvatureTree::Builder {
     double loose_u = 0.0, loose_v = 0.0, loose_uv = 0.0;
     double a = size(second.uu, e.x * e.x, loose_u), c = size(second.vv, e.y * e.y, loose_v);
     const double b = size(second.uv, e.x * e.y, loose_uv);
-    double limit;
-    {
-      Box3 place;
-      if (net.empty()) {
-        place.add(middle.p);
-        place.dilate(0.5 * (second.su * e.x + second.sv * e.y));
-      } else {
-        place = net_box(net);
-      }
-      limit = 8.0 * kGridShare * tolerance.at(place);
-    }
+    if (range.kinks_u > 0) a += 2.0 * range.kinks_u * along(n, range.kink_u).magnitude() * e.x;
+    if (range.kinks_v > 0) c += 2.0 * range.kinks_v * along(n, range.kink_v).magnitude() * e.y;
+    Box3 place;
+    place.add(middle.p);
+    if (net.empty())
+      place.dilate(0.5 * (second.su * e.x + second.sv * e.y));
+    else
+      place = net_box(net);
+    const double limit = 8.0 * kGridShare * tolerance.at(place);
     GridLeaf leaf{box, 1, 1};
     const double total = a + 2.0 * b + c, loose = loose_u + 2.0 * loose_uv + loose_v;
     const double turn_u = second.su > 0.0 ? a / (second.su * e.x) : 0.0,
                  turn_v = second.sv > 0.0 ? c / (second.sv * e.y) : 0.0;
-    if (total > limit || turn_u > angle || turn_v > angle)
+    if (!(total <= limit) || turn_u > angle || turn_v > angle)
       choose_counts(a, b, c, limit, turn_u, turn_v, leaf);
     const double cells = double(leaf.count_u) * leaf.count_v;
-    const double share = cells > 64 ? 0.1 : cells > 8 ? 0.2 : 0.5;
-    if (cells > 1.0 && loose > share * total && depth < kMaxDepth) {
-      const bool along_u =
-          a + b * 0.5 * (leaf.count_u >= leaf.count_v) >= c + b * 0.5 * (leaf.count_u < leaf.count_v);
-      Box2 first = box, second_box = box;
-      const int d = along_u ? 0 : 1;
-      first.upper[d] = second_box.lower[d] = box.center()[d];
-      std::vector<dvec4> lower, upper;
-      if (!net.empty()) halve(net, patches.degree_u, patches.degree_v, along_u, lower, upper);
-      const int x = cell(first, std::move(lower), patch, depth + 1);
-      const int y = cell(second_box, std::move(upper), patch, depth + 1);
-      CurvatureRange both = tree.nodes_[x].range;
-      both.add(tree.nodes_[y].range);
-      tree.nodes_[node].range = both;
-      tree.nodes_[node].child[0] = x, tree.nodes_[node].child[1] = y;
-      return node;
+    const double share = cells > 64 ? 0.1 : cells > 8 ? 0.2 : cells > 2 ? 0.35 : 0.5;
+    if (cells > 1.0 && !(loose <= share * total) && depth < kMaxDepth) {
+      const bool several = tree.nodes_[node].child[0] >= 0;
+      if (several) {
+        for (const int k : {0, 1}) {
+          const int child = tree.nodes_[node].child[k], patch = tree.nodes_[child].patch;
+          choose(child, patch >= 0 ? net_of(patch) : std::vector<dvec4>(), depth);
+        }
+      } else {
+        halve(node, a >= c, net, depth);
+      }
+      return;
     }
     tree.leaves_.push_back(leaf);
-    return node;
+  }
+
+  void halve(int node, bool along_u, const std::vector<dvec4>& net, int depth) {
+    Box2 lower = tree.nodes_[node].box, upper = lower;
+    const int d = along_u ? 0 : 1, patch = tree.nodes_[node].patch;
+    lower.upper[d] = upper.lower[d] = 0.5 * (lower.lower[d] + lower.upper[d]);
+    std::vector<dvec4> lower_net, upper_net;
+    if (!net.empty()) halve_net(net, patches.degree_u, patches.degree_v, along_u, lower_net, upper_net);
+    const int a = add(lower), b = add(upper);
+    tree.nodes_[a].patch = tree.nodes_[b].patch = patch;
+    tree.nodes_[a].range.second = range_of(lower, lower_net);
+    tree.nodes_[b].range.second = range_of(upper, upper_net);
+    join(node, a, b);
+    choose(a, std::move(lower_net), depth + 1);
+    choose(b, std::move(upper_net), depth + 1);
   }
 
   // The fewest cells with a / ku^2 + 2 b / (ku kv) + c / kv^2 <= limit.
@@ -221,7 +242,9 @@ CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart,
     : surface_(chart.surface()) {
   Builder b{*this, chart, tolerance, angle, patches_, surface_.rational};
   if (chart.closed_form()) {
-    b.cell(box, {}, -1, 0);
+    const int root = b.add(box);
+    nodes_[root].range.second = closed_form_range(surface_, box);
+    b.choose(root, {}, 0);
     return;
   }
   patches_ = nurbs::bezier_patches(store, surface_);
@@ -232,7 +255,8 @@ CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart,
   while (u1 - 1 > u0 && p.uv_face[(u1 - 1) * p.spans_v].lower.x >= box.upper.x) --u1;
   while (v0 + 1 < v1 && p.uv_face[v0].upper.y <= box.lower.y) ++v0;
   while (v1 - 1 > v0 && p.uv_face[v1 - 1].lower.y >= box.upper.y) --v1;
-  b.grid(u0, u1, v0, v1);
+  const int root = b.patch_nodes(u0, u1, v0, v1);
+  b.choose(root, nodes_[root].patch >= 0 ? b.net_of(nodes_[root].patch) : std::vector<dvec4>(), 0);
 }
 
 CurvatureRange CurvatureTree::over(const Box2& box) const {

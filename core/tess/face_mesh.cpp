@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kRounds = 24;
 constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with it the triangle can be within
+constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less are not to blame
 constexpr std::size_t kMaxPoints = 4'000'000;
 
 class FaceMesher {
@@ -28,10 +29,7 @@ class FaceMesher {
 
   FaceMesh run(const FaceHints& hints) {
     out_.own_vertices = polygon_.own_vertices;
-    if (polygon_.loops.empty()) {
-      out_.failure = "no loop encloses anything";
-      return std::move(out_);
-    }
+    if (polygon_.loops.empty()) return std::move(out_);  // smaller than its edges' tolerances
     const SurfaceKind kind = chart_.surface().kind;
     if (kind != SurfaceKind::kPlane)
       tree_ =
@@ -61,19 +59,32 @@ class FaceMesher {
   void add_boundary() {
     for (const auto& loop : polygon_.loops) {
       std::vector<int> index;
-      for (const BoundaryPoint& b : loop) {
-        const auto [at, fresh] = known_.try_emplace({b.p.x, b.p.y}, static_cast<int>(points_.size()));
-        if (fresh) add_node(b.p, b.place, b.vertex);
-        index.push_back(at->second);
-      }
+      for (const BoundaryPoint& b : loop) index.push_back(boundary_node(b));
       for (std::size_t i = 0; i < loop.size(); ++i) {
         const int a = index[i], b = index[(i + 1) % loop.size()];
         if (a == b) continue;
         boundary_[{std::min(a, b), std::max(a, b)}] = static_cast<int>(sides_.size());
         sides_.push_back({a, b});
         side_edge_.push_back({loop[i].edge, loop[i].segment});
+        side_deviation_.push_back(loop[i].side_deviation), side_gap_.push_back(loop[i].side_gap);
       }
     }
+  }
+
+  // Where loops touch at a vertex its feet differ by rounding: they are one.
+  int boundary_node(const BoundaryPoint& b) {
+    const dvec2 near = 1e-9 * polygon_.box.extent();
+    auto& nodes = nodes_of_[b.vertex];
+    for (const int n : nodes) {
+      const dvec2 gap = glm::abs(points_[n].p - b.p);
+      if (gap.x <= near.x && gap.y <= near.y) return n;
+    }
+    const auto [at, fresh] = known_.try_emplace({b.p.x, b.p.y}, static_cast<int>(points_.size()));
+    if (fresh) {
+      nodes.push_back(at->second);
+      add_node(b.p, b.place, b.vertex);
+    }
+    return at->second;
   }
 
   void add_node(dvec2 p, const dvec3& place, VertexKey vertex) {
@@ -126,6 +137,10 @@ class FaceMesher {
     for (const auto& [s, t] : result.crossings)
       for (const int side : {s, t})
         if (side_edge_[side][0] >= 0) out_.split.push_back(side_edge_[side]);
+    // Edges so short that they are one segment each may enclose nothing.
+    if (result.outcome == Delaunay::Outcome::kFailed)
+      for (const auto& edge : side_edge_)
+        if (edge[0] >= 0) out_.split.push_back(edge);
     out_.failure = result.outcome == Delaunay::Outcome::kCrossing ? "its loops cross or touch"
                                                                   : "its loops enclose nothing";
     return false;
@@ -158,19 +173,15 @@ class FaceMesher {
   bool refine() {
     bounds_.clear();
     out_.split.clear(), out_.failure.clear();
+    for (const auto& t : triangles_) bounds_.push_back(known_bound(t));
+    std::vector<std::size_t> failing;
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      if (too_far(i)) failing.push_back(i);
+    bound_slivers(failing);
     std::vector<std::array<int, 2>> halve;
-    for (const auto& t : triangles_) {
-      const double bound = known_bound(t);
-      bounds_.push_back(bound);
-      if (collapsed(t)) continue;
-      Box3 box;
-      for (const int k : t) box.add(points_[k].place);
-      const double limit = limits_.tolerance->at(box), gap = corner_gap(t);
-      // What the file's own gaps take up cannot be refined away.
-      if (bound + gap > limit && bound > std::max(limit - gap, 0.3 * limit)) improve(t, limit, halve);
-    }
-    // Edges that must be finer change the boundary: then all begins again, with the inner points found so
-    // far.
+    for (const std::size_t i : failing)
+      if (too_far(i)) improve(triangles_[i], limit_of(triangles_[i]), halve);
+    // Edges that must be finer change the boundary: then all begins again.
     if (!out_.split.empty()) {
       out_.failure = "an edge must be finer";
       return false;
@@ -181,6 +192,65 @@ class FaceMesher {
     return !halve.empty();
   }
 
+  double limit_of(const std::array<int, 3>& t) const {
+    Box3 box;
+    for (const int k : t) box.add(points_[k].place);
+    return limits_.tolerance->at(box);
+  }
+
+  bool too_far(std::size_t i) const {
+    const auto& t = triangles_[i];
+    if (collapsed(t)) return false;
+    const double limit = limit_of(t), gap = corner_gap(t);
+    // What the file's own gaps take up cannot be refined away.
+    return bounds_[i] + gap > limit && bounds_[i] > std::max(limit - gap, 0.3 * limit);
+  }
+
+  // A triangle much flatter than the tolerance is as near to the surface as what lies along its longest side:
+  // the edge, or the neighbour.
+  void bound_slivers(const std::vector<std::size_t>& failing) {
+    if (failing.empty() || limits_.angle < kInf) return;
+    std::map<std::array<int, 2>, std::array<std::size_t, 2>>
+        sides;  // of failing triangles: the two beside them
+    constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+    for (const std::size_t i : failing) sides[longest_side(triangles_[i]).ends] = {kNone, kNone};
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const int a = triangles_[i][k], b = triangles_[i][(k + 1) % 3];
+        const auto side = sides.find({std::min(a, b), std::max(a, b)});
+        if (side != sides.end()) side->second[side->second[0] == kNone ? 0 : 1] = i;
+      }
+    const std::vector<double> before = bounds_;
+    for (const std::size_t i : failing) {
+      const LongestSide side = longest_side(triangles_[i]);
+      double beside = kInf;
+      const auto boundary = boundary_.find(side.ends);
+      if (boundary != boundary_.end())
+        beside = side_deviation_[boundary->second] + side_gap_[boundary->second];
+      for (const std::size_t n : sides[side.ends])
+        if (n != kNone && n != i) beside = std::min(beside, before[n] + corner_gap(triangles_[n]));
+      bounds_[i] = std::min(bounds_[i], side.height + beside);
+    }
+  }
+
+  struct LongestSide {
+    std::array<int, 2> ends;
+    double height;  // of the triangle over it, mm
+  };
+  LongestSide longest_side(const std::array<int, 3>& t) const {
+    LongestSide r{};
+    double longest = -1.0;
+    const dvec3 cross =
+        glm::cross(points_[t[1]].place - points_[t[0]].place, points_[t[2]].place - points_[t[0]].place);
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      const double length = glm::distance(points_[a].place, points_[b].place);
+      if (length > longest) longest = length, r.ends = {std::min(a, b), std::max(a, b)};
+    }
+    r.height = longest > 0.0 ? glm::length(cross) / longest : 0.0;
+    return r;
+  }
+
   double known_bound(const std::array<int, 3>& t) {
     if (collapsed(t)) return 0.0;
     const auto [at, fresh] = known_bounds_.try_emplace(t, 0.0);
@@ -188,28 +258,32 @@ class FaceMesher {
     return at->second;
   }
 
-  // Halves the side that deviates most. Sides on edges are the neighbours' too: only when they must be.
+  // Halves the side that deviates most, or where none does much the longest one: then the shape is to blame.
+  // Sides on edges are the neighbours' too, and are halved only when they must be.
   void improve(const std::array<int, 3>& t, double limit, std::vector<std::array<int, 2>>& halve) {
     const TriangleBound b = bound(t);
+    const std::array<int, 2> longest = longest_side(t).ends;
+    const bool shape = std::max(b.side[0], std::max(b.side[1], b.side[2])) <= kMuch * limit;
     int worst = -1;
     for (int k = 0; k < 3; ++k) {
-      const int a = t[k], c = t[(k + 1) % 3];
-      const auto side = boundary_.find({std::min(a, c), std::max(a, c)});
+      const std::array<int, 2> ends = ordered(t[k], t[(k + 1) % 3]);
+      const auto side = boundary_.find(ends);
       if (side != boundary_.end()) {
-        if (b.side[k] <= kSideShare * limit) continue;
         const auto& edge = side_edge_[side->second];
-        if (edge[0] >= 0) {
-          out_.split.push_back(edge);
-          return;
-        }
-        continue;
+        if (edge[0] < 0 || !(shape ? ends == longest : b.side[k] > kSideShare * limit)) continue;
+        out_.split.push_back(edge);
+        return;
+      }
+      if (shape && ends == longest) {
+        worst = k;
+        break;
       }
       if (worst < 0 || b.side[k] > b.side[worst]) worst = k;
     }
-    if (worst < 0) return;
-    const int a = t[worst], c = t[(worst + 1) % 3];
-    halve.push_back({std::min(a, c), std::max(a, c)});
+    if (worst >= 0) halve.push_back(ordered(t[worst], t[(worst + 1) % 3]));
   }
+
+  static std::array<int, 2> ordered(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
   void take() {
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
@@ -220,7 +294,13 @@ class FaceMesher {
       out_.triangles.push_back({points_[k[0]].vertex, points_[k[1]].vertex, points_[k[2]].vertex});
       out_.corner_uv.push_back({chart_.to_face(points_[k[0]].p), chart_.to_face(points_[k[1]].p),
                                 chart_.to_face(points_[k[2]].p)});
-      out_.deviation.push_back(bounds_[i] + corner_gap(t));
+      double deviation = bounds_[i] + corner_gap(t);
+      for (int j = 0; j < 3; ++j) {
+        const auto side = boundary_.find(ordered(t[j], t[(j + 1) % 3]));
+        if (side != boundary_.end() && side_edge_[side->second][0] >= 0)
+          deviation = std::max(deviation, side_deviation_[side->second]);
+      }
+      out_.deviation.push_back(deviation);
     }
     if (out_.triangles.empty()) out_.failure = "its loops enclose nothing";
   }
@@ -232,10 +312,12 @@ class FaceMesher {
   const EdgeLimits& limits_;
   std::unique_ptr<CurvatureTree> tree_;
   dvec2 scale_{1.0};
-  std::map<std::array<double, 2>, int> known_;  // places in the chart
+  std::map<std::array<double, 2>, int> known_;      // places in the chart
+  std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   std::vector<Node> points_;
   std::vector<std::array<int, 2>> sides_;
   std::vector<std::array<std::int32_t, 2>> side_edge_;
+  std::vector<double> side_deviation_, side_gap_;
   std::vector<std::array<int, 3>> triangles_;
   std::map<std::array<int, 2>, int> boundary_;  // side by its ends, the lower first
   std::map<std::array<int, 3>, double> known_bounds_;

@@ -26,17 +26,28 @@ class PolygonBuilder {
       all_degenerate = all_degenerate && store_.edges[store_.coedges[c].edge].degenerate;
     if (all_degenerate) return;
     std::vector<BoundaryPoint> points;
-    std::vector<std::size_t> ends;  // of co-edges: the point that should be where the next one begins
+    std::vector<Stretch> stretches;
     for (std::int32_t c = loop.coedges.begin; c < loop.coedges.end; ++c) {
-      add_coedge(store_.coedges[c], points);
-      ends.push_back(points.size() - 1);
+      const CoEdge& coedge = store_.coedges[c];
+      if (wireframe_.polyline(coedge.edge).at.empty()) continue;  // shorter than its tolerance
+      stretches.push_back({points.size(), 0, store_.edges[coedge.edge].degenerate});
+      add_coedge(coedge, points);
+      stretches.back().last = points.size() - 1;
     }
-    join(points, ends);
+    if (points.empty()) return;
+    fit_poles(points, stretches);
+    join(points, stretches);
     for (const BoundaryPoint& b : points) out.box.add(b.p);
     if (points.size() >= 2) out.loops.push_back(std::move(points));
   }
 
  private:
+  // The points of one use.
+  struct Stretch {
+    std::size_t first, last;
+    bool degenerate;
+  };
+
   // All samples of one use, in loop order, the last included.
   void add_coedge(const CoEdge& coedge, std::vector<BoundaryPoint>& points) const {
     const EdgePolyline& line = wireframe_.polyline(coedge.edge);
@@ -49,6 +60,7 @@ class PolygonBuilder {
       b.p = sample_in_chart(store_, chart_, coedge, line.at[sample], b.place);
       b.edge = coedge.edge;
       b.segment = k == n ? -1 : coedge.reversed ? n - 1 - k : k;
+      if (b.segment >= 0) b.side_deviation = line.deviation[b.segment], b.side_gap = edge.band;
       if (sample == 0 || sample == n || edge.degenerate)
         b.vertex = wireframe_.one[edge.vertex[sample == n ? 1 : 0] - wireframe_.vertex_begin];
       else
@@ -57,17 +69,34 @@ class PolygonBuilder {
     }
   }
 
+  // A pole's line runs from where the use before it ends to where the next one begins: these ends are feet of
+  // exact points, but the line's own are no better than its p-curve.
+  static void fit_poles(std::vector<BoundaryPoint>& points, const std::vector<Stretch>& stretches) {
+    const std::size_t n = stretches.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const Stretch &before = stretches[(i + n - 1) % n], &s = stretches[i], &after = stretches[(i + 1) % n];
+      if (!s.degenerate || before.degenerate || after.degenerate) continue;
+      const dvec2 from = points[before.last].p - points[s.first].p,
+                  to = points[after.first].p - points[s.last].p;
+      const auto count = static_cast<double>(s.last - s.first);
+      for (std::size_t k = s.first; k <= s.last; ++k) {
+        const double t = count > 0.0 ? static_cast<double>(k - s.first) / count : 0.0;
+        points[k].p += (1.0 - t) * from + t * to;
+      }
+    }
+  }
+
   // Where one use ends and the next begins at the same vertex and place there is one point. At a pole there
   // are two, and where the model's loop is open too.
-  void join(std::vector<BoundaryPoint>& points, const std::vector<std::size_t>& ends) const {
+  void join(std::vector<BoundaryPoint>& points, const std::vector<Stretch>& stretches) const {
     Box2 box;
     for (const BoundaryPoint& b : points) box.add(b.p);
     const dvec2 near = 1e-6 * box.extent();
     std::vector<bool> drop(points.size(), false);
-    for (const std::size_t end : ends) {
+    for (const auto& [first_index, end, degenerate] : stretches) {
       BoundaryPoint& last = points[end];
       const BoundaryPoint& first = points[(end + 1) % points.size()];
-      last.edge = last.segment = -1;
+      last.edge = last.segment = -1, last.side_deviation = last.side_gap = kInf;
       const dvec2 gap = glm::abs(last.p - first.p);
       drop[end] = last.vertex == first.vertex && gap.x <= near.x && gap.y <= near.y;
     }

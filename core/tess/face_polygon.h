@@ -25,6 +25,8 @@ struct BoundaryPoint {
   VertexKey vertex = -1;
   // The side to the next point: a segment of an edge, or -1: the face's own.
   std::int32_t edge = -1, segment = -1;
+  double side_deviation = kInf;  // of that side from the edge's curve, proven
+  double side_gap = kInf;        // of the edge's curve from the surface
 };
 
 struct FacePolygon {
@@ -36,7 +38,7 @@ struct FacePolygon {
 // What is known of a prototype's edges and vertices.
 struct Wireframe {
   std::int32_t vertex_begin = 0, edge_begin = 0;
-  std::vector<EdgePolyline> polylines;  // by edge, less edge_begin
+  std::vector<EdgePolyline> polylines;  // by edge, less edge_begin; empty where nothing is drawn
   std::vector<std::int32_t> one;        // by vertex, less vertex_begin: the first of those that are one place
   const EdgePolyline& polyline(std::int32_t edge) const { return polylines[edge - edge_begin]; }
 };

@@ -85,8 +85,26 @@ class Tessellator {
         }
       }
     }
+    // An edge shorter than its own tolerance is a point.
+    point_edges_.assign(prototype_.edges.size(), false);
+    for (std::int32_t e = prototype_.edges.begin; e < prototype_.edges.end; ++e) {
+      const Edge& edge = store_.edges[e];
+      if (edge.degenerate || length_bound(edge) > 2.0 * std::max(least, edge.band)) continue;
+      point_edges_[e - prototype_.edges.begin] = true;
+      unite(edge.vertex[0], edge.vertex[1]);
+    }
     for (std::size_t i = 0; i < wireframe_.one.size(); ++i)
       wireframe_.one[i] = root(static_cast<std::int32_t>(i) + wireframe_.vertex_begin);
+  }
+
+  // Of the box around an edge and its vertices.
+  double length_bound(const Edge& edge) const {
+    Box3 box;
+    for (const std::int32_t v : edge.vertex) box.add(store_.vertices[v].point);
+    for (std::int32_t p = edge.pieces.begin; p < edge.pieces.end; ++p)
+      for (std::int32_t c = store_.edge_pieces[p].ctrl.begin; c < store_.edge_pieces[p].ctrl.end; ++c)
+        box.add(dvec3(store_.edge_ctrl_h[c]) / store_.edge_ctrl_h[c].w);
+    return box.diagonal();
   }
 
   std::int32_t root(std::int32_t v) const {
@@ -111,7 +129,7 @@ class Tessellator {
           const Chart* chart = charts_[store_.coedges[c].face - prototype_.faces.begin].get();
           if (chart != nullptr) uses.push_back({chart, c});
         }
-        if (uses.empty()) continue;
+        if (uses.empty() || point_edges_[i]) continue;
         EdgePolyline& line = wireframe_.polylines[i];
         line = make_polyline(store_, edge, uses, limits_);
         // Vertices that are one stand at one place.
@@ -288,6 +306,7 @@ class Tessellator {
   EdgeLimits limits_;
   int threads_;
   Wireframe wireframe_;
+  std::vector<bool> point_edges_;
   std::vector<std::unique_ptr<Chart>> charts_;
   std::vector<FaceMesh> meshes_;
   std::vector<FaceHints> hints_;

@@ -18,6 +18,20 @@ double enclosing(double a, double b, double c) {
   return a * b * c / (2.0 * (a * b + b * c + c * a) - (a * a + b * b + c * c));
 }
 
+// The same over the triangle enlarged by x in each barycentric coordinate. Where the three numbers cannot be
+// squared lengths, one of them is raised until they can; raised is the amount. The value falls off with the
+// squared distance from the circumscribed circle's centre, which lies beyond the longest side when the
+// triangle is obtuse.
+double enclosing_enlarged(double a, double b, double c, double x, double& raised) {
+  if (a > c) std::swap(a, c);
+  if (b > c) std::swap(b, c);
+  if (a > b) std::swap(a, b);
+  const double least = std::sqrt(c) - std::sqrt(a);
+  raised = std::max(0.0, least * least - b);
+  b += raised;
+  return enclosing(a, b, c) + 0.5 * x * std::max(0.0, c - a - b);
+}
+
 double square(double x) { return x * x; }
 
 // Cylinders and cones: at its own height no point of the triangle is nearer to the axis than the middle of
@@ -67,10 +81,35 @@ class Interpolation {
     balance_ = extent_.x > 0.0 && extent_.y > 0.0 ? extent_.y / extent_.x : 1.0;
   }
 
+  // A component of the error. The surface's height over the plane of interpolation is minus half the sum over
+  // the sides of l_i l_j q_ij, where q is somewhere between low and high.
   struct Error {
-    double most;     // over the triangle
-    double spread;   // grows by spread * (x + x^2) when it is enlarged by x in each barycentric coordinate
-    double side[3];  // |second derivative| along the sides
+    double low[3], high[3];  // second derivative along the sides
+    double kinks;
+
+    double side(int k) const { return std::max(-low[k], high[k]); }
+    // The largest error over the triangle enlarged by x in each barycentric coordinate.
+    double most(double x) const {
+      double above[3], below[3], width = 0.0, sum_above = 0.0, sum_below = 0.0;
+      for (int k = 0; k < 3; ++k) {
+        above[k] = std::max(0.0, high[k]), below[k] = std::max(0.0, -low[k]);
+        width += high[k] - low[k], sum_above += above[k], sum_below += below[k];
+      }
+      if (x == 0.0)
+        return 0.5 * std::max(enclosing(above[0], above[1], above[2]),
+                              enclosing(below[0], below[1], below[2])) +
+               kinks;
+      // Outside of the triangle products of coordinates are negative, down to -grown, and then the other end
+      // of q's range counts.
+      const double grown = x * (1.0 + 2.0 * x);
+      const auto one = [&](const double(&q)[3], double other) {
+        double raised;
+        const double most = enclosing_enlarged(q[0], q[1], q[2], x, raised);
+        return std::max(most + grown * (width + raised), grown * other);
+      };
+      return 0.5 * std::max(one(above, sum_below + width), one(below, sum_above + width)) +
+             kinks * (1.0 + 4.0 * x);
+    }
   };
 
   Error along(const dvec3& e) const {
@@ -101,20 +140,14 @@ class Interpolation {
   }
 
   Error error(double cu, double cm, double cv, double hu, double hv, double kinks) const {
-    double above[3], below[3];
     Error r{};
     for (int k = 0; k < 3; ++k) {
       const dvec2 d = side_[k];
       const double c = cu * d.x * d.x + 2.0 * cm * d.x * d.y + cv * d.y * d.y,
                    h = hu * d.x * d.x + hv * d.y * d.y;
-      above[k] = std::max(0.0, c + h), below[k] = std::max(0.0, h - c);
-      r.side[k] = std::max(above[k], below[k]);
-      r.spread += 0.5 * r.side[k];
+      r.low[k] = c - h, r.high[k] = c + h;
     }
-    r.most =
-        0.5 * std::max(enclosing(above[0], above[1], above[2]), enclosing(below[0], below[1], below[2])) +
-        kinks;
-    r.spread += 4.0 * kinks;
+    r.kinks = kinks;
     return r;
   }
 
@@ -128,40 +161,33 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
   for (int k = 0; k < 3; ++k) box.add(p[k]);
   const dvec3 cross = glm::cross(s[1] - s[0], s[2] - s[0]);
   const double area2 = glm::length(cross);
+  const dvec3 n = area2 > 0.0 ? cross / area2 : dvec3(0.0);
   TriangleBound r;
-  // How far the triangle is enlarged so that the shifted surface still covers it.
-  double reach = 0.025;
-  for (int attempt = 0; attempt < 3; ++attempt) {
+  // How far the triangle is enlarged so that the surface, shifted sideways, still covers it.
+  double x = 0.02;
+  for (int attempt = 0; attempt < 3 && x < 0.4; ++attempt) {
     Box2 wide = box;
-    wide.lower -= 4.0 * reach * box.extent(), wide.upper += 4.0 * reach * box.extent();
+    wide.lower -= 2.0 * x * box.extent(), wide.upper += 2.0 * x * box.extent();
     const CurvatureRange range = tree.over(wide);
     const Interpolation interpolation(range, p);
-    const Interpolation::Error whole = interpolation.whole();
+    const Interpolation::Error height = interpolation.along(n);
     if (attempt == 0) {
-      r.deviation = whole.most;
-      for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * whole.side[k];
+      r.deviation = interpolation.whole().most(0.0);
+      for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * height.side(k);
       if (!(area2 > 0.0)) return r;
     }
-    const dvec3 n = cross / area2;
-    const Interpolation::Error height = interpolation.along(n);
-    if (attempt == 0)
-      for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * height.side[k];
-    double shift = 0.0, growth = 0.0;
+    // The shift across a side, in units of the triangle's height over it.
+    double shift = 0.0;
     for (int k = 0; k < 3; ++k) {
       const dvec3 side = s[(k + 1) % 3] - s[k];
       const double length = glm::length(side);
-      const Interpolation::Error across = interpolation.along(glm::cross(n, side) / length);
-      shift = std::max(shift, across.most * length / area2),
-      growth = std::max(growth, across.spread * length / area2);
+      shift = std::max(shift, interpolation.along(glm::cross(n, side) / length).most(x) * length / area2);
     }
-    // Enlarged by x, the shift is at most shift + growth (x + x^2); it must not exceed x.
-    const double x = shift < 1.0 ? 1.02 * shift / std::max(1.0 - 1.5 * growth, 0.05) : kInf;
-    if (!(x < 0.4)) return r;
-    if (x <= reach && shift + growth * (x + x * x) <= x) {
-      r.deviation = std::min(r.deviation, height.most + height.spread * (x + x * x));
+    if (shift <= x) {
+      r.deviation = std::min(r.deviation, height.most(shift));
       return r;
     }
-    reach = std::max(1.2 * x, 1.5 * reach);
+    x = std::max(1.3 * shift, 2.0 * x);
   }
   return r;
 }
