@@ -287,7 +287,7 @@ def measure_cast(
 
 def edge_points(store: Store, per_edge: int = 2) -> NDArray[numpy.float64]:
     """
-    (n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance.
+    (n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance; of mesh faces, a corner and a point on a side of every triangle.
     """
 
 class MeshFile:

@@ -72,6 +72,14 @@ Out<double> edge_points(const NurbsStore& store, int per_edge) {
         add(instance.placement, piece_point(store, store.edge_pieces[pieces.begin + piece], at - piece));
       }
     }
+    for (std::int32_t f = part.faces.begin; f < part.faces.end; ++f) {
+      const nurbs::Range triangles = store.faces[f].triangles;
+      for (std::int32_t t = triangles.begin; t < triangles.end; ++t) {
+        const nurbs::Triangle& corners = store.mesh_triangles[t];
+        const dvec3 &a = store.mesh_vertices[corners[0]], &b = store.mesh_vertices[corners[1]];
+        add(instance.placement, a), add(instance.placement, 0.5 * (a + b));
+      }
+    }
   }
   const std::size_t count = values.size() / 3;
   return array(std::move(values), {count, 3});
@@ -93,7 +101,9 @@ void bind_measure(nb::module_& m) {
         nb::arg("threads") = 0,
         "Seconds of casting alone, without any copying, and the counters of the call.");
   m.def("edge_points", &edge_points, nb::arg("store"), nb::arg("per_edge") = 2,
-        "(n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance.");
+        "(n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance; of "
+        "mesh "
+        "faces, a corner and a point on a side of every triangle.");
 }
 
 }  // namespace trimray::bind
