@@ -43,6 +43,38 @@ std::vector<std::int32_t> places(std::span<const dvec3> vertices) {
   return place;
 }
 
+// Is there, for every side of a triangle, exactly one that runs the other way, and none that runs with it?
+// corner[v - first] stands for vertex v.
+bool pairs_up(std::span<const Triangle> triangles, std::int32_t first, std::span<const std::int32_t> corner) {
+  const auto for_sides = [&](const auto& use) {
+    for (const Triangle& t : triangles) {
+      const std::int32_t v[3] = {corner[t[0] - first], corner[t[1] - first], corner[t[2] - first]};
+      if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+      for (int k = 0; k < 3; ++k) use(v[k], v[(k + 1) % 3]);
+    }
+  };
+  // By the smaller end: twice the larger one, and one more where the side runs down.
+  std::vector<std::size_t> begin(corner.size() + 1, 0);
+  for_sides([&](std::int32_t a, std::int32_t b) { ++begin[static_cast<std::size_t>(std::min(a, b)) + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> sides(begin.back());
+  std::vector<std::size_t> end = begin;
+  for_sides([&](std::int32_t a, std::int32_t b) {
+    sides[end[std::min(a, b)]++] = static_cast<std::uint32_t>(std::max(a, b)) << 1 | (a > b ? 1u : 0u);
+  });
+  for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
+    const auto from = sides.begin() + static_cast<std::ptrdiff_t>(begin[v]),
+               to = sides.begin() + static_cast<std::ptrdiff_t>(begin[v + 1]);
+    std::sort(from, to);
+    if ((to - from) % 2 != 0) return false;
+    for (auto i = from; i != to; i += 2) {
+      const bool pair = i[0] % 2 == 0 && i[1] == i[0] + 1;
+      if (!pair || (i + 2 != to && i[2] == i[1])) return false;
+    }
+  }
+  return !sides.empty();
+}
+
 }  // namespace
 
 bool sound_vertex(const dvec3& p) {
@@ -63,24 +95,10 @@ bool closes_up(std::span<const dvec3> vertices, std::span<const Triangle> triang
   std::int32_t first = triangles[0][0], last = first;  // a shell uses neighbouring vertices
   for (const Triangle& t : triangles)
     for (const std::int32_t v : t) first = std::min(first, v), last = std::max(last, v);
-  const std::vector<std::int32_t> place = places(vertices.subspan(first, last - first + 1));
-  // Both uses of a side share the upper 63 bits of their key; the last bit tells the direction.
-  std::vector<std::uint64_t> sides;
-  sides.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles) {
-    const std::int32_t v[3] = {place[t[0] - first], place[t[1] - first], place[t[2] - first]};
-    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
-    for (int k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::uint64_t>(v[k]), b = static_cast<std::uint64_t>(v[(k + 1) % 3]);
-      sides.push_back(a < b ? a << 32 | b << 1 : b << 32 | a << 1 | 1);
-    }
-  }
-  std::sort(sides.begin(), sides.end());
-  for (std::size_t i = 0; i < sides.size(); i += 2) {
-    const bool pair = i + 1 < sides.size() && sides[i + 1] == (sides[i] | 1) && sides[i] != sides[i + 1];
-    if (!pair || (i + 2 < sides.size() && sides[i + 2] == sides[i + 1])) return false;
-  }
-  return !sides.empty();
+  std::vector<std::int32_t> corner(static_cast<std::size_t>(last - first) + 1);
+  std::iota(corner.begin(), corner.end(), 0);
+  return pairs_up(triangles, first, corner) ||
+         pairs_up(triangles, first, places(vertices.subspan(first, corner.size())));
 }
 
 NurbsStore mesh_store(std::vector<dvec3> vertices, std::vector<Triangle> triangles,

@@ -27,8 +27,9 @@ bool sound_vertex(const dvec3& p);
 // What is_mesh() promises of a face with these triangles; its surface is to be of kind kMesh.
 void make_mesh_face(Face& face, Range triangles);
 
-// Is every side of a triangle the side of exactly one other, turned round? Corners at the same place are the
-// same corner; triangles with two such corners do not count.
+// Is every side of a triangle the side of exactly one other, turned round? If not as the corners are
+// numbered, then with those at the same place taken for one. Triangles with twice the same corner do not
+// count.
 bool closes_up(std::span<const dvec3> vertices, std::span<const Triangle> triangles);
 
 }  // namespace trimray::nurbs

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/nurbs/surface.h"
@@ -48,16 +50,21 @@ struct Samples {
 
 // The corners of a prototype's mesh triangles, neighbours together.
 std::vector<Neighbour> mesh_corners(const NurbsStore& store, const nurbs::Range& faces, int threads) {
-  std::vector<std::int32_t> corners;
-  for (std::int32_t f = faces.begin; f < faces.end; ++f) {
-    const nurbs::Range& mesh = store.faces[f].triangles;
-    for (std::int32_t t = mesh.begin; t < mesh.end; ++t)
-      corners.insert(corners.end(), store.mesh_triangles[t].begin(), store.mesh_triangles[t].end());
-  }
-  std::sort(corners.begin(), corners.end());
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  const auto for_corners = [&](const auto& use) {
+    for (std::int32_t f = faces.begin; f < faces.end; ++f) {
+      const nurbs::Range& mesh = store.faces[f].triangles;
+      for (std::int32_t t = mesh.begin; t < mesh.end; ++t)
+        for (const std::int32_t v : store.mesh_triangles[t]) use(v);
+    }
+  };
+  std::int32_t first = std::numeric_limits<std::int32_t>::max(), last = -1;
+  for_corners([&](std::int32_t v) { first = std::min(first, v), last = std::max(last, v); });
+  if (last < 0) return {};
+  std::vector<char> met(static_cast<std::size_t>(last - first) + 1, 0);
   std::vector<Neighbour> items;
-  for (const std::int32_t v : corners) items.push_back({glm::vec3(store.mesh_vertices[v]), v});
+  for_corners([&](std::int32_t v) {
+    if (!std::exchange(met[v - first], 1)) items.push_back({glm::vec3(store.mesh_vertices[v]), v});
+  });
   arrange_neighbours(items, kCornersAtOnce, threads);
   return items;
 }
