@@ -1,6 +1,8 @@
 // Mesh faces in a scene: closed forms, and that nothing slips through a closed mesh.
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -189,6 +191,27 @@ TEST(MeshScene, AnswersDoNotDependOnThreadsOrderOrGrouping) {
   scene.cast(rays, one, 2);
   serial.cast(rays, four, 2);
   EXPECT_EQ(std::memcmp(one.data(), four.data(), one.size() * sizeof(Hit)), 0);
+}
+
+TEST(MeshScene, AnswersDoNotDependOnTheMachine) {
+  const TestMesh mesh = ball_mesh({1, 2, 3}, 2.0, 4);
+  const Scene scene = scene_of(store_of(mesh));
+  Random random(12);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 5000; ++i) {
+    const dvec3 corner = mesh.vertices[random.below(mesh.vertices.size())];
+    rays.push_back(ray_at(i % 2 ? corner : corner + 0.5 * random.direction(), 9.0 * random.direction()));
+  }
+  std::vector<Hit> best(rays.size()), other(rays.size());
+  scene.cast(rays, best, 1);
+  EXPECT_GT(std::count_if(best.begin(), best.end(), [](const Hit& h) { return h.face != kNoFace; }), 3000);
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    scene.cast(rays, other, 1);
+    EXPECT_EQ(std::memcmp(best.data(), other.data(), best.size() * sizeof(Hit)), 0)
+        << hwy::TargetName(target);
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(MeshScene, InstancesMirrorAndStretch) {
