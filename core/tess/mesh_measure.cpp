@@ -83,7 +83,9 @@ Worst measure_triangle(const nurbs::SurfaceView& surface, const TriMesh& mesh, c
   const auto& t = mesh.triangles[index];
   const std::array<dvec3, 3> p{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
   const auto& uv = mesh.corner_uv[index];
-  const double enough = mesh.deviation.empty() ? 0.0 : mesh.deviation[index];
+  // Nothing is asked of others because of rounding alone.
+  double enough = mesh.deviation.empty() ? 0.0 : mesh.deviation[index];
+  for (const dvec3& c : p) enough = std::max(enough, 1e-13 * glm::length(c));
   Worst worst;
   for (int i = 0; i <= n; ++i) {
     for (int j = 0; i + j <= n; ++j) {

@@ -141,7 +141,9 @@ def _measure(
     result: Judgement,
 ) -> None:
     arrays = (mesh.vertices, mesh.triangles, mesh.corner_uv, mesh.face)
+    # Coordinates are rounded by their size, wherever the part lies.
     rounding = ROUNDING * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    rounding = max(rounding, 8 * np.finfo(float).eps * float(np.abs(mesh.vertices).max()))
     proven = mesh.deviation if mesh.deviation is not None else np.full(len(mesh.triangles), deviation)
     measured, back = _core.measure_mesh(store, *arrays, np.maximum(proven, deviation), 6, most_triangles)
     known = np.flatnonzero(np.isfinite(measured))
