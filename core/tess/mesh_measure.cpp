@@ -38,7 +38,8 @@ double descend(const nurbs::SurfaceView& surface, const dvec3& p, dvec2 uv) {
       damping = damping == 0.0 ? 1e-2 : 10.0 * damping;
       continue;
     }
-    const bool settled = best - distance <= 1e-9 * best;
+    // A damped step says nothing about how far there is to go.
+    const bool settled = damping < 1e-3 && best - distance <= 1e-9 * best;
     uv += move, s = next, best = distance, damping *= 0.1;
     if (settled) break;
   }
