@@ -39,6 +39,13 @@ void restrict_net(std::vector<dvec4>& net, int p, int q, dvec2 lower, dvec2 uppe
   for (int j = 0; j <= q; ++j) restrict_line(net.data() + j, p, q + 1, lower.x, upper.x);
 }
 
+// Surfaces are often called rational though all their weights are one.
+bool weights_vary(const std::vector<dvec4>& ctrl_h) {
+  for (const dvec4& h : ctrl_h)
+    if (std::abs(h.w - ctrl_h.front().w) > 1e-14 * std::abs(ctrl_h.front().w)) return true;
+  return false;
+}
+
 Box3 net_box(const std::vector<dvec4>& net) {
   Box3 box;
   for (const dvec4& h : net) box.add(dvec3(h.x, h.y, h.z) / h.w);
@@ -240,7 +247,7 @@ struct CurvatureTree::Builder {
 CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart, const Box2& box,
                              const ToleranceField& tolerance, double angle)
     : surface_(chart.surface()) {
-  Builder b{*this, chart, tolerance, angle, patches_, surface_.rational};
+  Builder b{*this, chart, tolerance, angle, patches_};
   if (chart.closed_form()) {
     const int root = b.add(box);
     nodes_[root].range.second = closed_form_range(surface_, box);
@@ -248,6 +255,9 @@ CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart,
     return;
   }
   patches_ = nurbs::bezier_patches(store, surface_);
+  b.rational = rational_ = weights_vary(patches_.ctrl_h);
+  if (!rational_)
+    for (dvec4& h : patches_.ctrl_h) h /= h.w;
   // The patches that the face touches.
   const nurbs::BezierPatches& p = patches_;
   int u0 = 0, u1 = p.spans_u, v0 = 0, v1 = p.spans_v;
@@ -259,13 +269,13 @@ CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart,
   b.choose(root, nodes_[root].patch >= 0 ? b.net_of(nodes_[root].patch) : std::vector<dvec4>(), 0);
 }
 
-CurvatureRange CurvatureTree::over(const Box2& box) const {
+CurvatureRange CurvatureTree::over(const Box2& box, bool sharp) const {
   CurvatureRange r;
-  gather(0, box, r);
+  gather(0, box, sharp, r);
   return r;
 }
 
-void CurvatureTree::gather(int index, const Box2& box, CurvatureRange& out) const {
+void CurvatureTree::gather(int index, const Box2& box, bool sharp, CurvatureRange& out) const {
   const Node& node = nodes_[index];
   const bool covered = glm::all(glm::lessThanEqual(box.lower, node.box.lower)) &&
                        glm::all(glm::lessThanEqual(node.box.upper, box.upper));
@@ -274,15 +284,15 @@ void CurvatureTree::gather(int index, const Box2& box, CurvatureRange& out) cons
     return;
   }
   if (node.child[0] < 0) {
-    out.second.add(part_of_leaf(node, box));
+    out.second.add(sharp ? part_of_leaf(node, box) : node.range.second);
     return;
   }
   // Outside of the root the nearest leaves' polynomials go on.
   const Box2& a = nodes_[node.child[0]].box;
   const int d = nodes_[node.child[1]].box.lower.x > a.lower.x ? 0 : 1;
   const bool lower = box.lower[d]<a.upper[d], upper = box.upper[d]> a.upper[d];
-  if (lower || !upper) gather(node.child[0], box, out);
-  if (upper) gather(node.child[1], box, out);
+  if (lower || !upper) gather(node.child[0], box, sharp, out);
+  if (upper) gather(node.child[1], box, sharp, out);
   if (lower && upper) {
     // A kink on this very line; those inside the halves came with them.
     if (node.range.kinks_u + node.range.kinks_v == 0) return;
@@ -308,7 +318,7 @@ DerivativeRange CurvatureTree::part_of_leaf(const Node& leaf, const Box2& box) c
   net.assign(begin, begin + patches_.points());
   restrict_net(net, patches_.degree_u, patches_.degree_v, (part.lower - patch.lower) / patch.extent(),
                (part.upper - patch.lower) / patch.extent());
-  return patch_range(net.data(), patches_.degree_u, patches_.degree_v, e, surface_.rational);
+  return patch_range(net.data(), patches_.degree_u, patches_.degree_v, e, rational_);
 }
 
 }  // namespace trimray::tess

@@ -40,7 +40,8 @@ class CurvatureTree {
   CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart, const Box2& box,
                 const ToleranceField& tolerance, double angle);
 
-  CurvatureRange over(const Box2& box) const;
+  // sharp: leaves that the box covers in part are looked at again, for ten times the time.
+  CurvatureRange over(const Box2& box, bool sharp = true) const;
   const std::vector<GridLeaf>& leaves() const { return leaves_; }
 
  private:
@@ -52,11 +53,12 @@ class CurvatureTree {
   };
   struct Builder;
 
-  void gather(int node, const Box2& box, CurvatureRange& out) const;
+  void gather(int node, const Box2& box, bool sharp, CurvatureRange& out) const;
   DerivativeRange part_of_leaf(const Node& leaf, const Box2& box) const;
 
   const nurbs::Surface& surface_;
   nurbs::BezierPatches patches_;  // none for closed forms
+  bool rational_ = false;
   std::vector<Node> nodes_;
   std::vector<GridLeaf> leaves_;
 };

@@ -17,6 +17,9 @@ namespace {
 
 // Room that the limits leave for what the faces' own bounds add.
 constexpr double kShare = 0.9;
+// What a side may take of the tolerance in a face whose triangles have bounds of their own, which are wider
+// than it.
+constexpr double kSideShare = 0.75;
 constexpr double kWidestTurn = std::numbers::pi / 2;
 
 int piece_count(const Edge& edge) { return edge.degenerate ? 1 : std::max(1, edge.pieces.size()); }
@@ -113,7 +116,7 @@ class Density {
     bool curved = edge_.degenerate;
     if (!edge_.degenerate) curved = store_.edge_pieces[edge_.pieces.begin + k].ctrl.size() > 2;
     for (const EdgeUse& use : uses_)
-      if (use.chart != nullptr && use.chart->surface().kind != nurbs::SurfaceKind::kPlane &&
+      if (use.chart->surface().kind != nurbs::SurfaceKind::kPlane &&
           use.chart->surface().kind != nurbs::SurfaceKind::kCylinder &&
           use.chart->surface().kind != nurbs::SurfaceKind::kCone)
         curved = true;
@@ -136,8 +139,7 @@ class Density {
       own[i] =
           std::max(own[i], turn(point[i], middle[i], point[i + 1]) / std::min(kWidestTurn, limits_.angle));
     }
-    for (const EdgeUse& use : uses_)
-      if (use.chart != nullptr) face_cost(use, limit, own);
+    for (const EdgeUse& use : uses_) face_cost(use, limit, own);
     for (std::size_t i = 0; i + 1 < n; ++i) cost_[i + 1] = cost_[i] + own[i];
     find_corners(point, middle);
   }
@@ -158,7 +160,7 @@ class Density {
       // Along the degenerate side of a pole nothing deviates; the turn of its neighbours' normals says how
       // many.
       const double off = length > 0.0 ? std::abs(glm::dot(gap, n)) / length : 0.0;
-      own[i] = std::max(own[i], std::sqrt(off / limit[i]));
+      own[i] = std::max(own[i], std::sqrt(off / (use.tree != nullptr ? kSideShare * limit[i] : limit[i])));
       const double most = std::min(kWidestTurn, limits_.angle);
       own[i] = std::max(own[i], turn_of_normals(s, next) / most);
       if (edge_.degenerate && chart.closed_form())
@@ -224,6 +226,26 @@ class Density {
   std::vector<bool> corners_;
 };
 
+// The proven distance between the surface along a straight line of the chart and the chord, across the
+// surface.
+double side_deviation(const EdgeUse& use, dvec2 a, dvec2 b) {
+  Box2 box;
+  box.add(a), box.add(b);
+  const nurbs::SurfacePoint middle = use.chart->at(0.5 * (a + b));
+  const dvec3 cross = glm::cross(middle.du, middle.dv);
+  const double length = glm::length(cross);
+  if (!(length > 0.0)) return 0.0;
+  const dvec3 n = cross / length;
+  const dvec2 d = box.extent();
+  const CurvatureRange r = use.tree->over(box);
+  const auto size = [&](const Box3& range) { return along(n, range).magnitude(); };
+  double sum =
+      d.x * d.x * size(r.second.uu) + 2.0 * d.x * d.y * size(r.second.uv) + d.y * d.y * size(r.second.vv);
+  if (r.kinks_u > 0) sum += 2.0 * r.kinks_u * size(r.kink_u) * d.x;
+  if (r.kinks_v > 0) sum += 2.0 * r.kinks_v * size(r.kink_v) * d.y;
+  return 0.125 * sum;
+}
+
 }  // namespace
 
 dvec2 pcurve_point(const NurbsStore& store, const CoEdge& coedge, double at) {
@@ -268,7 +290,7 @@ EdgePolyline make_polyline(const NurbsStore& store, const Edge& edge, const std:
   EdgePolyline line;
   line.at = Density(store, edge, uses, limits).samples();
   for (const double at : line.at) line.points.push_back(path_point(store, edge, at));
-  constexpr int kRounds = 20;
+  constexpr int kRounds = 20, kSideRounds = 6;
   for (int round = 0;; ++round) {
     line.deviation.resize(line.segments());
     std::vector<int> failing;
@@ -277,7 +299,15 @@ EdgePolyline make_polyline(const NurbsStore& store, const Edge& edge, const std:
       line.deviation[k] = chord_deviation(store, edge, line.at[k], line.at[k + 1], a, b);
       Box3 box;
       box.add(a), box.add(b);
-      if (line.deviation[k] > std::max(limits.tolerance->at(box), edge.band)) failing.push_back(k);
+      const double limit = limits.tolerance->at(box);
+      bool far = line.deviation[k] > std::max(limit, edge.band);
+      for (const EdgeUse& use : uses) {
+        if (far || use.tree == nullptr || round > kSideRounds) continue;
+        const CoEdge& coedge = store.coedges[use.coedge];
+        const auto p = [&](double at) { return use.chart->from_face(pcurve_point(store, coedge, at)); };
+        far = side_deviation(use, p(line.at[k]), p(line.at[k + 1])) > kSideShare * limit;
+      }
+      if (far) failing.push_back(k);
     }
     if (failing.empty() || round == kRounds) return line;
     split_segments(store, edge, failing, line);

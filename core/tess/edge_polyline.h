@@ -5,6 +5,7 @@
 
 #include "core/nurbs/store.h"
 #include "core/tess/chart.h"
+#include "core/tess/curvature_tree.h"
 #include "core/tess/tolerance_field.h"
 
 namespace trimray::tess {
@@ -20,7 +21,8 @@ struct EdgePolyline {
 
 // One use of an edge, as far as a polyline needs it.
 struct EdgeUse {
-  const Chart* chart = nullptr;  // null: the face is not meshed
+  const Chart* chart = nullptr;
+  const CurvatureTree* tree = nullptr;  // null where the face's kind needs none
   std::int32_t coedge = -1;
 };
 

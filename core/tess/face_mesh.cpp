@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
+#include <unordered_map>
 
 #include "core/tess/delaunay.h"
 #include "core/tess/inner_points.h"
@@ -12,7 +12,6 @@
 namespace trimray::tess {
 
 using nurbs::NurbsStore;
-using nurbs::SurfaceKind;
 
 namespace {
 
@@ -21,24 +20,33 @@ constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with 
 constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less are not to blame
 constexpr std::size_t kMaxPoints = 4'000'000;
 
+// Of a few indices.
+struct IndexHash {
+  template <std::size_t N>
+  std::size_t operator()(const std::array<int, N>& a) const {
+    std::uint64_t h = 0;
+    for (const int i : a) h = (h ^ static_cast<std::uint32_t>(i)) * 0x9E3779B97F4A7C15u, h ^= h >> 29;
+    return h;
+  }
+};
+template <std::size_t N, typename T>
+using IndexMap = std::unordered_map<std::array<int, N>, T, IndexHash>;
+
 class FaceMesher {
  public:
-  FaceMesher(const NurbsStore& store, std::int32_t face, const Chart& chart, const FacePolygon& polygon,
-             const EdgeLimits& limits)
-      : store_(store), face_(store.faces[face]), chart_(chart), polygon_(polygon), limits_(limits) {}
+  FaceMesher(const NurbsStore& store, std::int32_t face, const Chart& chart, const CurvatureTree* tree,
+             const FacePolygon& polygon, const EdgeLimits& limits)
+      : face_(store.faces[face]), chart_(chart), tree_(tree), polygon_(polygon), limits_(limits) {}
 
   FaceMesh run(const FaceHints& hints) {
     out_.own_vertices = polygon_.own_vertices;
     if (polygon_.loops.empty()) return std::move(out_);  // smaller than its edges' tolerances
-    const SurfaceKind kind = chart_.surface().kind;
-    if (kind != SurfaceKind::kPlane)
-      tree_ =
-          std::make_unique<CurvatureTree>(store_, chart_, polygon_.box, *limits_.tolerance, limits_.angle);
     add_boundary();
     choose_scale();
     if (tree_)
       for (const dvec2 p : inner_points(*tree_, polygon_)) add_inner(p);
     for (const dvec2 p : hints.points) add_inner(p);
+    added_.clear();
     for (int round = 0; round < kRounds; ++round) {
       if (!triangulate()) return std::move(out_);
       if (!refine() || points_.size() > kMaxPoints) break;
@@ -104,6 +112,7 @@ class FaceMesher {
 
   void add_inner(dvec2 p) {
     if (!known_.try_emplace({p.x, p.y}, static_cast<int>(points_.size())).second) return;
+    added_.push_back(p);
     const dvec3 place = chart_.point(p);
     out_.own_vertices.push_back(place);
     add_node(p, place, -static_cast<VertexKey>(out_.own_vertices.size()));
@@ -159,7 +168,7 @@ class FaceMesher {
   TriangleBound bound(const std::array<int, 3>& t) const {
     const dvec2 p[3] = {points_[t[0]].p, points_[t[1]].p, points_[t[2]].p};
     const dvec3 s[3] = {points_[t[0]].surface, points_[t[1]].surface, points_[t[2]].surface};
-    TriangleBound r = bound_triangle(chart_, tree_.get(), p, s);
+    TriangleBound r = bound_triangle(chart_, tree_, p, s, limit_of(t));
     if (limits_.angle < kInf)
       for (int k = 0; k < 3; ++k) {
         const dvec3 &a = points_[t[k]].normal, &b = points_[t[(k + 1) % 3]].normal;
@@ -181,15 +190,15 @@ class FaceMesher {
     std::vector<std::array<int, 2>> halve;
     for (const std::size_t i : failing)
       if (too_far(i)) improve(triangles_[i], limit_of(triangles_[i]), halve);
-    // Edges that must be finer change the boundary: then all begins again.
-    if (!out_.split.empty()) {
-      out_.failure = "an edge must be finer";
-      return false;
-    }
     std::sort(halve.begin(), halve.end());
     halve.erase(std::unique(halve.begin(), halve.end()), halve.end());
     for (const auto& s : halve) add_inner(0.5 * (points_[s[0]].p + points_[s[1]].p));
-    return !halve.empty();
+    // Edges that must be finer change the boundary: then all begins again, with the inner points found so
+    // far.
+    if (out_.split.empty()) return !halve.empty();
+    out_.failure = "an edge must be finer";
+    out_.found = std::move(added_);
+    return false;
   }
 
   double limit_of(const std::array<int, 3>& t) const {
@@ -305,31 +314,31 @@ class FaceMesher {
     if (out_.triangles.empty()) out_.failure = "its loops enclose nothing";
   }
 
-  const NurbsStore& store_;
   const nurbs::Face& face_;
   const Chart& chart_;
+  const CurvatureTree* tree_;
   const FacePolygon& polygon_;
   const EdgeLimits& limits_;
-  std::unique_ptr<CurvatureTree> tree_;
   dvec2 scale_{1.0};
   std::map<std::array<double, 2>, int> known_;      // places in the chart
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   std::vector<Node> points_;
+  std::vector<dvec2> added_;  // by refinement
   std::vector<std::array<int, 2>> sides_;
   std::vector<std::array<std::int32_t, 2>> side_edge_;
   std::vector<double> side_deviation_, side_gap_;
   std::vector<std::array<int, 3>> triangles_;
-  std::map<std::array<int, 2>, int> boundary_;  // side by its ends, the lower first
-  std::map<std::array<int, 3>, double> known_bounds_;
+  IndexMap<2, int> boundary_;  // side by its ends, the lower first
+  IndexMap<3, double> known_bounds_;
   std::vector<double> bounds_;
   FaceMesh out_;
 };
 
 }  // namespace
 
-FaceMesh mesh_face(const NurbsStore& store, std::int32_t face, const Chart& chart, const FacePolygon& polygon,
-                   const EdgeLimits& limits, const FaceHints& hints) {
-  return FaceMesher(store, face, chart, polygon, limits).run(hints);
+FaceMesh mesh_face(const NurbsStore& store, std::int32_t face, const Chart& chart, const CurvatureTree* tree,
+                   const FacePolygon& polygon, const EdgeLimits& limits, const FaceHints& hints) {
+  return FaceMesher(store, face, chart, tree, polygon, limits).run(hints);
 }
 
 }  // namespace trimray::tess

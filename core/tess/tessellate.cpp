@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/tess/face_mesh.h"
+#include "core/tess/triangle_bound.h"
 
 namespace trimray::tess {
 
@@ -18,7 +19,7 @@ using nurbs::Prototype;
 
 namespace {
 
-constexpr int kRounds = 12;
+constexpr int kRounds = 24;
 
 // A side of a triangle as its two vertices, for finding sides that more faces use than may.
 struct SideUse {
@@ -45,6 +46,7 @@ class Tessellator {
       if (f.status == FaceStatus::kOk && f.surface >= 0 && f.triangles.size() == 0)
         charts_[i] = std::make_unique<Chart>(store_, store_.surfaces[f.surface]);
     }
+    make_trees();
     unite_vertices();
     sample_edges();
     std::vector<std::int32_t> todo;
@@ -52,6 +54,7 @@ class Tessellator {
       if (charts_[i]) todo.push_back(i);
     for (int round = 0; round < kRounds && !todo.empty(); ++round) {
       mesh(todo);
+     
       todo = next(round + 1 < kRounds);
     }
     cover();
@@ -60,6 +63,31 @@ class Tessellator {
 
  private:
   const Face& face(std::int32_t i) const { return store_.faces[prototype_.faces.begin + i]; }
+
+  void make_trees() {
+    trees_.resize(charts_.size());
+    parallel_ranges(charts_.size(), 4, threads_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        if (charts_[i] && charts_[i]->surface().kind != nurbs::SurfaceKind::kPlane)
+          trees_[i] =
+              std::make_unique<CurvatureTree>(store_, *charts_[i], loops_box(static_cast<std::int32_t>(i)),
+                                              *limits_.tolerance, limits_.angle);
+    });
+  }
+
+  // Of a face's p-curves, in the chart.
+  Box2 loops_box(std::int32_t i) const {
+    const Face& f = face(i);
+    Box2 box = f.uv_box;
+    for (std::int32_t l = f.loops.begin; l < f.loops.end; ++l)
+      for (std::int32_t c = store_.loops[l].coedges.begin; c < store_.loops[l].coedges.end; ++c)
+        for (std::int32_t p = store_.coedges[c].pieces.begin; p < store_.coedges[c].pieces.end; ++p)
+          for (std::int32_t k = store_.trim_pieces[p].ctrl.begin; k < store_.trim_pieces[p].ctrl.end; ++k) {
+            const dvec3& h = store_.trim_ctrl_h[k];
+            box.add(dvec2(h.x, h.y) / h.z);
+          }
+    return {charts_[i]->from_face(box.lower), charts_[i]->from_face(box.upper)};
+  }
 
   // Synthetic edges have vertices of their own, and loops may be open within tolerance: vertices that follow
   // on one another at one place are one.
@@ -126,8 +154,10 @@ class Tessellator {
         std::vector<EdgeUse> uses;
         for (std::int32_t k = edge.coedges.begin; k < edge.coedges.end; ++k) {
           const std::int32_t c = store_.edge_coedges[k];
-          const Chart* chart = charts_[store_.coedges[c].face - prototype_.faces.begin].get();
-          if (chart != nullptr) uses.push_back({chart, c});
+          const std::int32_t f = store_.coedges[c].face - prototype_.faces.begin;
+          if (!charts_[f]) continue;
+          const bool bounded = needs_tree(charts_[f]->surface().kind);
+          uses.push_back({charts_[f].get(), bounded ? trees_[f].get() : nullptr, c});
         }
         if (uses.empty() || point_edges_[i]) continue;
         EdgePolyline& line = wireframe_.polylines[i];
@@ -145,7 +175,7 @@ class Tessellator {
       for (std::size_t k = begin; k < end; ++k) {
         const std::int32_t i = todo[k], f = prototype_.faces.begin + i;
         const FacePolygon polygon = make_polygon(store_, f, *charts_[i], wireframe_, limits_);
-        meshes_[i] = mesh_face(store_, f, *charts_[i], polygon, limits_, hints_[i]);
+        meshes_[i] = mesh_face(store_, f, *charts_[i], trees_[i].get(), polygon, limits_, hints_[i]);
       }
     });
   }
@@ -154,7 +184,12 @@ class Tessellator {
   std::vector<std::int32_t> next(bool more) {
     std::vector<std::array<std::int32_t, 2>> split;
     std::vector<bool> again(meshes_.size(), false);
-    for (const FaceMesh& m : meshes_) split.insert(split.end(), m.split.begin(), m.split.end());
+    for (std::size_t i = 0; i < meshes_.size(); ++i) {
+      FaceMesh& m = meshes_[i];
+      split.insert(split.end(), m.split.begin(), m.split.end());
+      hints_[i].points.insert(hints_[i].points.end(), m.found.begin(), m.found.end());
+      m.found.clear();
+    }
     if (split.empty()) separate(split, again);
     if (!more) return {};
     std::sort(split.begin(), split.end());
@@ -308,6 +343,7 @@ class Tessellator {
   Wireframe wireframe_;
   std::vector<bool> point_edges_;
   std::vector<std::unique_ptr<Chart>> charts_;
+  std::vector<std::unique_ptr<CurvatureTree>> trees_;
   std::vector<FaceMesh> meshes_;
   std::vector<FaceHints> hints_;
   Tessellation result_;

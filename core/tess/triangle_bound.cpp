@@ -90,25 +90,21 @@ class Interpolation {
     double side(int k) const { return std::max(-low[k], high[k]); }
     // The largest error over the triangle enlarged by x in each barycentric coordinate.
     double most(double x) const {
-      double above[3], below[3], width = 0.0, sum_above = 0.0, sum_below = 0.0;
+      double above[3], below[3], width_above = 0.0, width_below = 0.0;
       for (int k = 0; k < 3; ++k) {
         above[k] = std::max(0.0, high[k]), below[k] = std::max(0.0, -low[k]);
-        width += high[k] - low[k], sum_above += above[k], sum_below += below[k];
+        width_above += above[k] - low[k], width_below += below[k] + high[k];
       }
-      if (x == 0.0)
-        return 0.5 * std::max(enclosing(above[0], above[1], above[2]),
-                              enclosing(below[0], below[1], below[2])) +
-               kinks;
-      // Outside of the triangle products of coordinates are negative, down to -grown, and then the other end
-      // of q's range counts.
+      // Outside of the triangle products of coordinates are negative, and then the other end of q's range
+      // counts.
       const double grown = x * (1.0 + 2.0 * x);
-      const auto one = [&](const double(&q)[3], double other) {
+      const auto one = [&](const double(&q)[3], double width) {
+        if (x == 0.0) return enclosing(q[0], q[1], q[2]);
         double raised;
-        const double most = enclosing_enlarged(q[0], q[1], q[2], x, raised);
-        return std::max(most + grown * (width + raised), grown * other);
+        const double inside = enclosing_enlarged(q[0], q[1], q[2], x, raised);
+        return inside + grown * (width + raised);
       };
-      return 0.5 * std::max(one(above, sum_below + width), one(below, sum_above + width)) +
-             kinks * (1.0 + 4.0 * x);
+      return 0.5 * std::max(one(above, width_above), one(below, width_below)) + kinks * (1.0 + 4.0 * x);
     }
   };
 
@@ -156,7 +152,8 @@ class Interpolation {
   double balance_ = 1.0;
 };
 
-TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const dvec3 s[3]) {
+TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const dvec3 s[3], double enough,
+                            bool sharp) {
   Box2 box;
   for (int k = 0; k < 3; ++k) box.add(p[k]);
   const dvec3 cross = glm::cross(s[1] - s[0], s[2] - s[0]);
@@ -164,17 +161,17 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
   const dvec3 n = area2 > 0.0 ? cross / area2 : dvec3(0.0);
   TriangleBound r;
   // How far the triangle is enlarged so that the surface, shifted sideways, still covers it.
-  double x = 0.02;
+  double x = 0.05;
   for (int attempt = 0; attempt < 3 && x < 0.4; ++attempt) {
     Box2 wide = box;
     wide.lower -= 2.0 * x * box.extent(), wide.upper += 2.0 * x * box.extent();
-    const CurvatureRange range = tree.over(wide);
+    const CurvatureRange range = tree.over(wide, sharp);
     const Interpolation interpolation(range, p);
     const Interpolation::Error height = interpolation.along(n);
     if (attempt == 0) {
       r.deviation = interpolation.whole().most(0.0);
       for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * height.side(k);
-      if (!(area2 > 0.0)) return r;
+      if (!(area2 > 0.0) || height.most(0.0) > enough) return r;
     }
     // The shift across a side, in units of the triangle's height over it.
     double shift = 0.0;
@@ -200,7 +197,7 @@ bool needs_tree(SurfaceKind kind) {
 }
 
 TriangleBound bound_triangle(const Chart& chart, const CurvatureTree* tree, const dvec2 p[3],
-                             const dvec3 s[3]) {
+                             const dvec3 s[3], double enough) {
   const Surface& f = chart.surface();
   switch (f.kind) {
     case SurfaceKind::kPlane:
@@ -210,8 +207,10 @@ TriangleBound bound_triangle(const Chart& chart, const CurvatureTree* tree, cons
       return round_bound(f, p);
     case SurfaceKind::kSphere:
       return sphere_bound(f, s);
-    default:
-      return general_bound(*tree, p, s);
+    default: {
+      const TriangleBound quick = general_bound(*tree, p, s, enough, false);
+      return quick.deviation <= enough && enough < kInf ? quick : general_bound(*tree, p, s, enough, true);
+    }
   }
 }
 

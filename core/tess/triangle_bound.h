@@ -12,6 +12,7 @@ struct TriangleBound {
   double side[3] = {kInf, kInf, kInf};
 };
 
+// enough: where the deviation is above it, how far above does not matter.
 // p: corners in the chart; s: the surface's points there. The triangle lies on s; one whose corners are up to
 // d away from s is up to deviation + d away from the surface. tree: of the face; not asked where the closed
 // form of plane, cylinder, cone or sphere is enough (needs_tree).
@@ -24,7 +25,7 @@ struct TriangleBound {
 // shifted sideways, and where that shift is small against the triangle, every point of the triangle has a
 // point of the surface right above it (Brouwer).
 TriangleBound bound_triangle(const Chart& chart, const CurvatureTree* tree, const dvec2 p[3],
-                             const dvec3 s[3]);
+                             const dvec3 s[3], double enough = kInf);
 
 // Does bound_triangle ask the tree?
 bool needs_tree(nurbs::SurfaceKind kind);
