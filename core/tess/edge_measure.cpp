@@ -166,14 +166,19 @@ class Measurer {
     }
     for (const auto& [edge, use] : uses) {
       const EdgePath path(store_, edge);
+      // Vertices of edges that meet within their tolerances are one and stand where one of them says.
+      double near = near_;
+      for (const std::int32_t v : store_.edges[edge].vertex)
+        if (v >= 0)
+          near = std::max(near, 2.0 * std::max(store_.vertices[v].tolerance, store_.edges[edge].band));
       Box3 box = path.box();
-      box.dilate(near_);
+      box.dilate(near);
       for (const std::size_t i : by_face_[index]) {
         BorderSide& side = result_.sides[i];
         const dvec3 a = start(side), b = stop(side);
         if (!box.contains(a) || !box.contains(b)) continue;
         BorderSide found = side;
-        if (path.closest(a, found.from) > near_ || path.closest(b, found.to) > near_) continue;
+        if (path.closest(a, found.from) > near || path.closest(b, found.to) > near) continue;
         choose_ends(path, use, found);
         compare(path, found);
         // Edges may run side by side: the nearer one it is.

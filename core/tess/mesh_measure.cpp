@@ -14,6 +14,7 @@ namespace {
 using nurbs::NurbsStore;
 
 constexpr int kMaxSteps = 30;
+constexpr int kStarts = 24;
 
 // Distance of p from the surface, downhill from `uv`: Gauss-Newton steps, damped until they help. What it
 // gives is the distance of some point of the surface, so never less than the true distance.
@@ -102,6 +103,21 @@ Worst measure_triangle(const nurbs::SurfaceView& surface, const TriMesh& mesh, c
       double distance = descend(surface, point, at);
       for (int k = 0; k < 3 && distance > worst.to_surface; ++k)
         distance = std::min(distance, descend(surface, point, 0.5 * (at + uv[k])));
+      if (distance > worst.to_surface && distance > enough) {
+        // Where uv runs very unevenly (beside a pole) the way down leads astray: start from the nearest of
+        // many.
+        for (int k = 0; k <= kStarts && distance > worst.to_surface; ++k) {
+          dvec2 start = at;
+          double least = kInf;
+          for (int l = 0; k + l <= kStarts; ++l) {
+            const double x = double(k) / kStarts, y = double(l) / kStarts;
+            const dvec2 q = x * uv[0] + y * uv[1] + (1.0 - x - y) * uv[2];
+            const double d = glm::distance(nurbs::evaluate_point(surface, q), point);
+            if (d < least) least = d, start = q;
+          }
+          distance = std::min(distance, descend(surface, point, start));
+        }
+      }
       worst.to_surface = std::max(worst.to_surface, distance);
     }
   }

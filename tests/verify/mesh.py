@@ -145,7 +145,7 @@ def _measure(
     rounding = ROUNDING * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     rounding = max(rounding, 8 * np.finfo(float).eps * float(np.abs(mesh.vertices).max()))
     proven = mesh.deviation if mesh.deviation is not None else np.full(len(mesh.triangles), deviation)
-    measured, back = _core.measure_mesh(store, *arrays, np.maximum(proven, deviation), 6, most_triangles)
+    measured, back = _core.measure_mesh(store, *arrays, proven, 6, most_triangles)
     known = np.flatnonzero(np.isfinite(measured))
     result.measured += len(known)
     if len(known):
