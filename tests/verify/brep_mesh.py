@@ -50,7 +50,7 @@ class BrepMeshes:
 def brep_meshes(file: Path, deflections: list[float], time_limit: float) -> list[BrepMeshes | str]:
     """BRepMesh of the file's prototypes at each deflection (mm), or why there is none."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", __name__, str(file), folder, *map(repr, deflections)]
+        command = [sys.executable, "-m", "tests.verify.brep_mesh", str(file), folder, *map(repr, deflections)]
         try:
             done = subprocess.run(
                 command,
