@@ -87,6 +87,15 @@ class EdgePath {
     return distance;
   }
 
+  // Does p lie on the path, or near one of its ends?
+  bool holds(const dvec3& p, double on_path, double near_end, double& s) const {
+    if (closest(p, s) <= on_path) return true;
+    const double first = glm::distance(p, samples_.front()), last = glm::distance(p, samples_.back());
+    if (std::min(first, last) > near_end) return false;
+    s = first <= last ? 0.0 : double(count());
+    return true;
+  }
+
  private:
   const NurbsStore& store_;
   nurbs::Range pieces_;
@@ -166,7 +175,8 @@ class Measurer {
     }
     for (const auto& [edge, use] : uses) {
       const EdgePath path(store_, edge);
-      // Vertices of edges that meet within their tolerances are one and stand where one of them says.
+      // Vertices of edges that meet within their tolerances are one and stand where one of them says: at its
+      // ends, an edge holds what is as near as that.
       double near = near_;
       for (const std::int32_t v : store_.edges[edge].vertex)
         if (v >= 0)
@@ -178,7 +188,8 @@ class Measurer {
         const dvec3 a = start(side), b = stop(side);
         if (!box.contains(a) || !box.contains(b)) continue;
         BorderSide found = side;
-        if (path.closest(a, found.from) > near || path.closest(b, found.to) > near) continue;
+        if (!path.holds(a, near_, near, found.from) || !path.holds(b, near_, near, found.to)) continue;
+        if (!path.closed() && found.from == found.to) continue;
         choose_ends(path, use, found);
         compare(path, found);
         // Edges may run side by side: the nearer one it is.
