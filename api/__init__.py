@@ -1,7 +1,8 @@
-"""trimray: exact pictures of STEP and IGES files.
+"""trimray: exact pictures of STEP and IGES files, and watertight meshes of them.
 
     model = trimray.load("part.step")
     model.render((1024, 768), view="iso").save("part.png")
+    model.tessellate("0.05mm").save("part.stl")
     hits = model.cast(origins, directions)
 
 Lengths are mm, angles radians unless a name says otherwise. Every error is a ``trimray.Error``; its
@@ -33,8 +34,10 @@ if TYPE_CHECKING:
         UsageError,
     )
     from .loading import load
+    from .merging import merge
     from .model import Model
     from .report import Issue, Report
+    from .tri_mesh import MeshCheck, MeshIssue, TriMesh
     from .views import AOVS
 
 __all__ = [
@@ -49,17 +52,25 @@ __all__ = [
     "Issue",
     "LimitError",
     "MemoryLimitError",
+    "MeshCheck",
+    "MeshIssue",
     "Model",
     "OutputError",
     "Report",
     "TimeLimitError",
+    "TriMesh",
     "UsageError",
     "__version__",
     "load",
+    "merge",
 ]
 
 _HOME = {
     "load": "loading",
+    "merge": "merging",
+    "TriMesh": "tri_mesh",
+    "MeshCheck": "tri_mesh",
+    "MeshIssue": "tri_mesh",
     "Model": "model",
     "Face": "faces",
     "Instance": "faces",

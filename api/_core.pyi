@@ -290,6 +290,22 @@ def edge_points(store: Store, per_edge: int = 2) -> NDArray[numpy.float64]:
     (n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance; of mesh faces, a corner and a point on a side of every triangle.
     """
 
+def tessellate(
+    store: Store, prototype: int, deviation: float, angle: float, threads: int = 0
+) -> tuple[
+    tuple[
+        NDArray[numpy.float64],
+        NDArray[numpy.int32],
+        NDArray[numpy.float64],
+        NDArray[numpy.int32],
+        NDArray[numpy.float64],
+    ],
+    list[tuple[int, str]],
+]:
+    """
+    Watertight mesh of a prototype, deviation in mm (inf: the model's turns alone), angle in rad (inf: none): (vertices (n, 3), triangles (m, 3), corner_uv (m, 3, 2), face (m,), deviation (m,)) and [(face, why nothing is proven)].
+    """
+
 class MeshFile:
     """What read_mesh_file() found."""
 
@@ -346,6 +362,24 @@ def write_mesh_file(
     The bytes of a stl, obj, ply or off file. normals: by vertex, (0, 3) for none; colors: by triangle, (0, 4) for none. Equal arguments give equal bytes. ArgumentError: the arrays do not fit.
     """
 
+def corner_normals(
+    store: Store,
+    vertices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    triangles: Annotated[
+        NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    corner_uv: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3, 2), order="C", device="cpu", writable=False)
+    ],
+    face: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    threads: int = 0,
+) -> NDArray[numpy.float64]:
+    """
+    Outward unit normals of the exact surfaces at the corners of triangles, (m, 3, 3) float64. ArgumentError: the arrays do not fit.
+    """
+
 def check_mesh(
     vertices: Annotated[
         NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
@@ -357,3 +391,68 @@ def check_mesh(
     """
     Open and non-manifold edges, non-manifold vertices, degenerate triangles, volume (mm^3) and area (mm^2) of the mesh. ArgumentError: a triangle names a vertex that does not exist.
     """
+
+def measure_mesh(
+    store: Store,
+    vertices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    triangles: Annotated[
+        NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    corner_uv: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3, 2), order="C", device="cpu", writable=False)
+    ],
+    face: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    subdivisions: int = 6,
+    most_triangles: int = 0,
+    seed: int = 1,
+    threads: int = 0,
+) -> NDArray[numpy.float64]:
+    """
+    (m,) float64, mm: the largest distance found between each triangle and its face's exact surface, either way; NaN where not chosen or not exact. ArgumentError: the mesh does not fit the store.
+    """
+
+def measure_mesh_edges(
+    store: Store,
+    vertices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    triangles: Annotated[
+        NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    corner_uv: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3, 2), order="C", device="cpu", writable=False)
+    ],
+    face: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    points: int = 16,
+    threads: int = 0,
+) -> dict[str, Any]:
+    """
+    Every side of a triangle where its face ends: triangle, corner, edge (-1: on none), open, from and to on the edge, distances (mm); and by edge, mm, its length in use and how much of it the mesh lacks.
+    """
+
+def measure_mesh_cover(
+    store: Store,
+    vertices: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    triangles: Annotated[
+        NDArray[numpy.int32], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+    ],
+    corner_uv: Annotated[
+        NDArray[numpy.float64], dict(shape=(None, 3, 2), order="C", device="cpu", writable=False)
+    ],
+    face: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+) -> dict[str, Any]:
+    """
+    By face of the store: signed area of its triangles in uv, their number, and how many are turned over in uv.
+    """
+
+def closed_faces(store: Store) -> NDArray[numpy.uint8]:
+    """
+    (n,) uint8: 1 for faces of closed shells all of whose faces can be drawn.
+    """
+
+def edge_uses(store: Store) -> NDArray[numpy.int32]:
+    """(n,) int32: how often each edge is used by faces that can be drawn."""

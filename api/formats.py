@@ -41,6 +41,25 @@ def format_of(path: str | os.PathLike[str], format: str | None = None) -> str:
     )
 
 
+MESH_FORMATS = ("stl", "ply", "obj", "off", "glb")
+
+
+def mesh_format_of(path: str | os.PathLike[str], format: str | None = None) -> str:
+    """The format of MESH_FORMATS to write: the one asked for, else the one of the extension. Raises
+    UsageError."""
+    name = (format or os.path.splitext(os.fspath(path))[1][1:]).lower()
+    if name in MESH_FORMATS:
+        return name
+    if not name:
+        raise UsageError(
+            f"{os.fspath(path)}: no extension to choose a format by; give one of: {', '.join(MESH_FORMATS)}"
+        )
+    raise UsageError(
+        f"unknown mesh format '{name}'{did_you_mean(name, MESH_FORMATS) or ','}"
+        f" one of: {', '.join(MESH_FORMATS)}"
+    )
+
+
 def check_fit(format: str, aovs: tuple[str, ...], opaque: bool) -> None:
     """Raises UsageError when a picture with these planes cannot go into the format: before it is rendered,
     not after."""

@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,9 @@ from .views import (
     parse_size,
     parse_view,
 )
+
+if TYPE_CHECKING:
+    from .tri_mesh import TriMesh
 
 Mode = Literal["standard", "reference"]
 Progress = Callable[[str, float | None], None]
@@ -106,16 +109,6 @@ class Model:
         first = {
             int(part): color_or_none(color) for part, color in zip(parts[::-1], colors[::-1], strict=True)
         }
-        shapes = self._core.face_shapes()
-        numbers: dict[str, list[int]] = {}
-        for number, shape in enumerate(shapes.tolist()):
-            numbers.setdefault(str(shape), []).append(number)
-        names = {
-            n: str(text)
-            for shape, text in self._meta.get("face_names", {}).items()
-            for n in numbers.get(shape, ())
-        }
-        names |= {int(n): str(text) for n, text in self._meta.get("named_faces", {}).items()}
         return Faces(
             self._core.face_kinds(),
             self._core.face_statuses(),
@@ -123,8 +116,19 @@ class Model:
             self._core.face_prototypes(),
             self._part_names,
             first,
-            names,
+            self._face_names,
         )
+
+    @cached_property
+    def _face_names(self) -> dict[int, str]:
+        """By number, of the faces that have one."""
+        names = {int(n): str(text) for n, text in self._meta.get("named_faces", {}).items()}
+        by_shape = self._meta.get("face_names", {})
+        if by_shape:
+            for number, shape in enumerate(self._core.face_shapes().tolist()):
+                if str(shape) in by_shape:
+                    names[number] = str(by_shape[str(shape)])
+        return names
 
     @cached_property
     def _part_names(self) -> list[str]:
@@ -163,6 +167,27 @@ class Model:
         return make_report(
             (self.faces[i] for i in undrawn), self._core.face_count, source, seconds, self._cached
         )
+
+    def tessellate(
+        self,
+        deviation: float | str | None = None,
+        *,
+        angle: float | None = None,
+        threads: int = 0,
+        progress: Progress | None = None,
+    ) -> TriMesh:
+        """A watertight mesh of the whole model, no farther from its surfaces than asked for.
+
+        deviation: mm, or a text: "0.05mm", or "0.1%" of the diagonal of the model's bounds, which is the
+            default, so that small and large parts look alike.
+        angle: radians, the largest turn of the surface along a triangle's side; no limit by default.
+        threads: 0 for all cores; the mesh is the same for any number. progress: called with "mesh" and a
+        fraction. A face that cannot be meshed exactly is named in ``TriMesh.issues``.
+        Raises EmptyError when no face can be drawn, UsageError.
+        """
+        from .tri_mesh import tessellate
+
+        return tessellate(self, deviation, angle, threads, progress)
 
     def cast(
         self,

@@ -97,7 +97,7 @@ def _version(context: click.Context, parameter: click.Parameter, value: bool) ->
     help="Versions, and exit.",
 )
 def app() -> None:
-    """Exact pictures of STEP and IGES files.
+    """Exact pictures of STEP and IGES files, and watertight meshes of them.
 
     Exit codes: 0 complete; 1 done, but something is missing; 2 wrong usage; 3 input unreadable or without
     faces; 4 output not written; 5 time or memory limit; 70 internal error; 130 interrupted.
@@ -130,6 +130,12 @@ def _render(**values: Any) -> int:
     return run(**values)
 
 
+def _mesh(**values: Any) -> int:
+    from .mesh import run
+
+    return run(**values)
+
+
 def _info(**values: Any) -> int:
     from .info import run
 
@@ -139,8 +145,16 @@ def _info(**values: Any) -> int:
 _command(
     "render",
     _render,
-    "Draw each IN (STEP, IGES, BREP, also compressed; - for stdin) to OUT.\n\n"
+    "Draw IN (STEP, IGES, BREP, STL, OBJ, PLY, OFF, also compressed; - for stdin) to OUT: several of them as "
+    "one scene, or each by itself into a folder.\n\n"
     "Faces that cannot be drawn are named on stderr.",
+)
+_command(
+    "mesh",
+    _mesh,
+    "Write a watertight mesh of IN to OUT (STL, PLY, OBJ, OFF, GLB), no farther from the exact surfaces than "
+    "--deviation: several IN as one mesh, or each by itself into a folder.\n\n"
+    "Faces that cannot be meshed are named on stderr.",
 )
 _command(
     "info",

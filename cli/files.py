@@ -3,31 +3,50 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from trimray import OutputError, UsageError
-from trimray.formats import format_of
+from trimray.formats import format_of, mesh_format_of
 
 _PACKED = (".gz", ".z", ".zip")
 _EXTENSION = {"jpeg": "jpg", "tiff": "tif"}
 
 
 @dataclass(frozen=True)
-class Job:
-    """source, target: paths, or "-". format: of the picture."""
+class Kind:
+    """What is written. format_of: a path and the format asked for, to the format. usual: where nothing else
+    decides."""
 
-    source: str
+    format_of: Callable[[str, str | None], str]
+    usual: str
+
+
+PICTURE = Kind(format_of, "png")
+MESH = Kind(mesh_format_of, "stl")
+
+
+@dataclass(frozen=True)
+class Job:
+    """sources, target: paths, or "-"; several sources are one scene. format: of the output."""
+
+    sources: tuple[str, ...]
     target: str
     format: str
 
     @property
     def name(self) -> str:
-        """What messages call the input."""
-        return "stdin" if self.source == "-" else self.source
+        """What messages call the input, or the inputs together."""
+        return " + ".join(name_of(source) for source in self.sources)
 
 
-def plan(inputs: tuple[str, ...], output: str | None, format: str | None) -> list[Job]:
-    """One job an input. Raises UsageError, and OutputError when the folder to write to is missing."""
+def name_of(source: str) -> str:
+    return "stdin" if source == "-" else source
+
+
+def plan(inputs: tuple[str, ...], output: str | None, format: str | None, kind: Kind = PICTURE) -> list[Job]:
+    """One job an input, or one for all where the output is one file. Raises UsageError, and OutputError when
+    the folder to write to is missing."""
     if output is None:
         raise UsageError("missing output: give -o OUT, or -o - for stdout")
     if any("\0" in path for path in (*inputs, output)):
@@ -35,28 +54,26 @@ def plan(inputs: tuple[str, ...], output: str | None, format: str | None) -> lis
     if inputs.count("-") > 1:
         raise UsageError("stdin can be read once only")
     folder = output.endswith("/") or os.path.isdir(output)
-    if len(inputs) > 1 and not folder and "{name}" not in output:
-        raise UsageError(
-            f"{len(inputs)} inputs need a folder or a path with {{name}} as output, not '{output}'"
-        )
+    together = not folder and "{name}" not in output
     jobs: list[Job] = []
     taken: dict[str, str] = {}
-    for source in inputs:
+    for group in [inputs] if together else [(source,) for source in inputs]:
+        source = group[0]
         target = output.replace("{name}", stem(source))
         if folder:
-            chosen = format_of("", format or "png")
+            chosen = kind.format_of("", format or kind.usual)
             target = os.path.join(output, f"{stem(source)}.{_EXTENSION.get(chosen, chosen)}")
         elif output == "-":
-            chosen = format_of("", format or "png")
+            chosen = kind.format_of("", format or kind.usual)
         else:
-            chosen = format_of(target, format)
+            chosen = kind.format_of(target, format)
         if output != "-":
             place = os.path.realpath(target)
             if place in taken:
                 raise UsageError(f"{taken[place]} and {source} would both be written to {target}")
             taken[place] = source
             _check_target(target)
-        jobs.append(Job(source, target, chosen))
+        jobs.append(Job(group, target, chosen))
     sources = {os.path.realpath(s): s for s in inputs if s != "-"}
     for place, source in taken.items():
         if place in sources:

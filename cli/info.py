@@ -9,9 +9,9 @@ from typing import Any
 from trimray import EmptyError, Error, Model
 from trimray.faces import Color
 
+from .jobs import exit_code, read, tell_damage, tell_problems
 from .output import say, write_stdout
 from .progress import progress_of
-from .render import exit_code, read, tell_damage, tell_problems
 
 
 def run(inputs: tuple[str, ...], **options: Any) -> int:

@@ -21,7 +21,8 @@ EXIT_CODES = (
     (130, "interrupted"),
 )
 _COMMANDS = (
-    ("render IN... -o OUT", "Draw each IN to OUT. Faces that cannot be drawn are named on stderr."),
+    ("render IN... -o OUT", "Draw IN to OUT. Faces that cannot be drawn are named on stderr."),
+    ("mesh IN... -o OUT", "Write a watertight mesh of IN to OUT, within --deviation of the exact surfaces."),
     ("info IN... [--json]", "Say what is in each IN."),
     ("doctor", "Check that everything trimray needs is there and works."),
     ("completion bash|zsh|fish", "Print a completion script."),
@@ -46,16 +47,18 @@ def man_page() -> str:
     lines = [
         '.TH TRIMRAY 1 "" "trimray" "User Commands"',
         ".SH NAME",
-        "trimray \\- exact pictures of STEP and IGES files",
+        "trimray \\- exact pictures of STEP and IGES files, and watertight meshes of them",
         ".SH SYNOPSIS",
     ]
     for usage, about in _COMMANDS:
         lines += [".TP", f".B trimray {_roff(usage)}", _roff(about)]
     lines += [
         ".SH DESCRIPTION",
-        "IN is a STEP, IGES or BREP file, also compressed, or \\- for stdin.",
-        "OUT is a PNG, JPEG, WebP, TIFF or EXR file, a folder, a path with {name} for several inputs,",
-        "or \\- for stdout, which carries data only.",
+        "IN is a STEP, IGES, BREP, STL, OBJ, PLY or OFF file, also compressed, or \\- for stdin.",
+        "Files of triangles have no unit: theirs is taken as mm.",
+        "OUT is a PNG, JPEG, WebP, TIFF or EXR file, for mesh an STL, PLY, OBJ, OFF or GLB file, and holds",
+        "all IN together; a folder, or a path with {name}, takes each IN by itself;",
+        "\\- is stdout, which carries data only.",
         ".SH OPTIONS",
     ]
     for option in OPTIONS:

@@ -114,15 +114,35 @@ def _jobs(text: str) -> object:
     return int(text)
 
 
-_BOTH = ("render", "info")
+def _mesh_format(text: str) -> object:
+    from trimray.formats import mesh_format_of
+
+    return mesh_format_of("", text)
+
+
+def _deviation(text: str) -> object:
+    from trimray.tri_mesh import parse_deviation
+
+    parse_deviation(text)
+    return text
+
+
+def _degrees(text: str) -> object:
+    return _number(text, {"deg": 1.0, "°": 1.0}, "a positive angle in degrees")
+
+
+_ALL = ("render", "mesh", "info")
+_WRITING = ("render", "mesh")
 
 OPTIONS: tuple[Option, ...] = (
     Option(
         "output",
         ("-o", "--output"),
-        "Picture to write; a folder, or a path with {name}, for several inputs; - is stdout.",
+        "File to write, of all inputs together; a folder, or a path with {name}, takes each by itself; "
+        "- is stdout.",
         "OUT",
         config=False,
+        commands=_WRITING,
     ),
     Option(
         "size", ("--size",), "Picture size in pixels; one number is a square.", "W,H", "512,512", parse=_size
@@ -160,6 +180,31 @@ OPTIONS: tuple[Option, ...] = (
         parse=_format,
     ),
     Option(
+        "mesh_format",
+        ("--format",),
+        "stl, ply, obj, off or glb; by default OUT's extension, else stl.",
+        "NAME",
+        parse=_mesh_format,
+        commands=("mesh",),
+    ),
+    Option(
+        "deviation",
+        ("--deviation",),
+        "Largest distance of the mesh from the exact surfaces: 0.05mm, or 0.1% of the model's diagonal.",
+        "MM|%",
+        "0.1%",
+        parse=_deviation,
+        commands=("mesh",),
+    ),
+    Option(
+        "angle",
+        ("--angle",),
+        "Largest turn of the surface along a triangle's side; default: any.",
+        "DEGREES",
+        parse=_degrees,
+        commands=("mesh",),
+    ),
+    Option(
         "aov",
         ("--aov",),
         "Planes to write, of: color depth position normal uv face instance. All but color need exr.",
@@ -188,7 +233,7 @@ OPTIONS: tuple[Option, ...] = (
         "Repairs on import: OpenCascade's own, none, or its own with every change reported.",
         default="default",
         choices=("default", "off", "strict"),
-        commands=_BOTH,
+        commands=_ALL,
     ),
     Option(
         "precision",
@@ -196,7 +241,7 @@ OPTIONS: tuple[Option, ...] = (
         "Below this length points are equal and IGES faces are sewn; default: the file's.",
         "MM",
         parse=_mm,
-        commands=_BOTH,
+        commands=_ALL,
     ),
     Option(
         "time_limit",
@@ -204,7 +249,7 @@ OPTIONS: tuple[Option, ...] = (
         "Longest time for one input.",
         "SECONDS",
         parse=_seconds,
-        commands=_BOTH,
+        commands=_ALL,
     ),
     Option(
         "memory_limit",
@@ -212,15 +257,16 @@ OPTIONS: tuple[Option, ...] = (
         "Most memory for reading one input.",
         "BYTES",
         parse=_bytes,
-        commands=_BOTH,
+        commands=_ALL,
     ),
     Option(
         "jobs",
         ("-j", "--jobs"),
-        "Threads; 0 for all cores. The picture is the same for any number.",
+        "Threads; 0 for all cores. The output is the same for any number.",
         "N",
         "0",
         parse=_jobs,
+        commands=_WRITING,
     ),
     Option(
         "cache",
@@ -228,7 +274,7 @@ OPTIONS: tuple[Option, ...] = (
         "Keep imported models under $XDG_CACHE_HOME/trimray, and use them.",
         default=True,
         flag=True,
-        commands=_BOTH,
+        commands=_ALL,
     ),
     Option(
         "report",
@@ -236,6 +282,7 @@ OPTIONS: tuple[Option, ...] = (
         "Write what became of every input as JSON; - is stdout.",
         "FILE",
         config=False,
+        commands=_WRITING,
     ),
     Option(
         "dry_run",
@@ -244,6 +291,7 @@ OPTIONS: tuple[Option, ...] = (
         default=False,
         flag=True,
         config=False,
+        commands=_WRITING,
     ),
     Option("json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info",)),
     Option(
@@ -252,16 +300,16 @@ OPTIONS: tuple[Option, ...] = (
         "auto is a bar on a terminal, otherwise none.",
         default="auto",
         choices=("auto", "none", "plain", "json"),
-        commands=_BOTH,
+        commands=_ALL,
     ),
-    Option("quiet", ("-q", "--quiet"), "Errors only.", default=False, flag=True, commands=_BOTH),
+    Option("quiet", ("-q", "--quiet"), "Errors only.", default=False, flag=True, commands=_ALL),
     Option(
         "verbose",
         ("-v", "--verbose"),
         "Say more: times, warnings; twice: notes, tracebacks of internal errors.",
         count=True,
         config=False,
-        commands=_BOTH,
+        commands=_ALL,
     ),
     Option(
         "print_config",
@@ -270,7 +318,7 @@ OPTIONS: tuple[Option, ...] = (
         default=False,
         flag=True,
         config=False,
-        commands=_BOTH,
+        commands=_ALL,
     ),
 )
 

@@ -24,8 +24,8 @@ def read_model(
     memory_limit: int | None = None,
     progress: Progress | None = None,
 ) -> BrepModel | MeshModel:
-    """Reads a STEP, IGES, BREP, STL, OBJ, PLY or OFF file, also compressed (gzip, zip), or takes a shape given
-    in Python. Files of triangles become a MeshModel.
+    """Reads a STEP, IGES, BREP, STL, OBJ, PLY or OFF file, also compressed (gzip, zip), or takes a shape
+    given in Python. Files of triangles become a MeshModel.
 
     source: a path; bytes or an open binary file (``name`` then names it in messages, and its extension
         decides where the content does not); a cadquery, build123d or OCP shape, which is taken as it is, in

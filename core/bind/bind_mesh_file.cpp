@@ -7,11 +7,16 @@
 
 #include "core/base/error.h"
 #include "core/bind/bind.h"
+#include "core/nurbs/store.h"
+#include "core/tess/corner_normals.h"
 #include "core/tess/mesh_file.h"
 
 namespace trimray::bind {
 
 namespace {
+
+template <typename T, int Rows, int Columns>
+using In3 = nb::ndarray<const T, nb::shape<-1, Rows, Columns>, nb::c_contig, nb::device::cpu>;
 
 using tess::MeshFile;
 
@@ -83,6 +88,38 @@ nb::bytes write(const std::string& format, const In2<double, 3>& vertices,
   return nb::bytes(bytes.data(), bytes.size());
 }
 
+// By corner: triangles (m, 3), corner_uv (m, 3, 2), face (m,).
+Out<double> corner_normals(const nurbs::NurbsStore& store, const In2<double, 3>& vertices,
+                           const In2<std::int32_t, 3>& triangles, const In3<double, 3, 2>& corner_uv,
+                           const In1<std::int32_t>& face, int threads) {
+  const std::size_t m = triangles.shape(0);
+  if (corner_uv.shape(0) != m || face.shape(0) != m) throw ArgumentError("one uv and face a triangle");
+  tess::TriMesh mesh{.vertices = points(vertices),
+                     .triangles = rows<3>(triangles),
+                     .corner_uv = {},
+                     .face = vector(face),
+                     .deviation = {}};
+  mesh.corner_uv.resize(m);
+  for (std::size_t i = 0; i < m; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      mesh.corner_uv[i][k] = {corner_uv(i, k, 0), corner_uv(i, k, 1)};
+      if (mesh.triangles[i][k] < 0 || static_cast<std::size_t>(mesh.triangles[i][k]) >= mesh.vertices.size())
+        throw ArgumentError("triangle corner that is no vertex");
+    }
+    if (mesh.face[i] < 0 || static_cast<std::size_t>(mesh.face[i]) >= store.faces.size())
+      throw ArgumentError("triangle of a face that does not exist");
+  }
+  std::vector<dvec3> normals;
+  {
+    nb::gil_scoped_release release;
+    normals = tess::corner_normals(store, mesh, threads);
+  }
+  std::vector<double> values;
+  values.reserve(3 * normals.size());
+  for (const dvec3& n : normals) values.insert(values.end(), {n.x, n.y, n.z});
+  return array(std::move(values), {m, 3, 3});
+}
+
 }  // namespace
 
 void bind_mesh_file(nb::module_& m) {
@@ -108,6 +145,10 @@ void bind_mesh_file(nb::module_& m) {
         nb::arg("normals"), nb::arg("colors"),
         "The bytes of a stl, obj, ply or off file. normals: by vertex, (0, 3) for none; colors: by triangle, "
         "(0, 4) for none. Equal arguments give equal bytes. ArgumentError: the arrays do not fit.");
+  m.def("corner_normals", &corner_normals, nb::arg("store"), nb::arg("vertices"), nb::arg("triangles"),
+        nb::arg("corner_uv"), nb::arg("face"), nb::arg("threads") = 0,
+        "Outward unit normals of the exact surfaces at the corners of triangles, (m, 3, 3) float64. "
+        "ArgumentError: the arrays do not fit.");
 }
 
 }  // namespace trimray::bind
