@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/nurbs/store.h"
 #include "core/nurbs/store_file.h"
 #include "core/tess/mesh_check.h"
