@@ -404,13 +404,14 @@ def measure_mesh(
         NDArray[numpy.float64], dict(shape=(None, 3, 2), order="C", device="cpu", writable=False)
     ],
     face: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    enough: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     subdivisions: int = 6,
     most_triangles: int = 0,
     seed: int = 1,
     threads: int = 0,
-) -> NDArray[numpy.float64]:
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
     """
-    (m,) float64, mm: the largest distance found between each triangle and its face's exact surface, either way; NaN where not chosen or not exact. ArgumentError: the mesh does not fit the store.
+    By triangle, mm: the largest distance found of its points from its face's surface, and of the surface's points at the same uv from the face's triangles (other triangles than its own are asked where that is over enough, (m,)); NaN where not chosen or not exact. ArgumentError: the mesh does not fit the store.
     """
 
 def measure_mesh_edges(
