@@ -25,13 +25,17 @@ def test_exported_names() -> None:
         "Issue",
         "LimitError",
         "MemoryLimitError",
+        "MeshCheck",
+        "MeshIssue",
         "Model",
         "OutputError",
         "Report",
         "TimeLimitError",
+        "TriMesh",
         "UsageError",
         "__version__",
         "load",
+        "merge",
     ]
     for name in trimray.__all__:
         assert getattr(trimray, name) is not None
