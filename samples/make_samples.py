@@ -37,6 +37,13 @@ def bracket() -> Model:
     return part.faces(">X").edges(">Z or <Z").chamfer(1)
 
 
+def stand() -> cq.Workplane:
+    """Holds bracket.step from below: a plate on four feet."""
+    plate = cq.Workplane().box(110, 80, 4, centered=(True, True, False)).translate((0, 0, -4))
+    plate = plate.edges("|Z").fillet(10)
+    return plate.faces("<Z").workplane().rect(90, 60, forConstruction=True).vertices().circle(5).extrude(12)
+
+
 def assembly() -> Model:
     """A coloured hinge: one plate and one screw prototype, placed many times, one level nested."""
     screw = cq.Workplane("XY").circle(4).extrude(3.2).faces("<Z").workplane().circle(2).extrude(12)
@@ -58,6 +65,7 @@ def assembly() -> Model:
 
 FILES: dict[str, Callable[[], Model]] = {
     "bracket.step": bracket,
+    "stand.stl": stand,
     "bracket_faces.igs": bracket,
     "bracket_solid.igs": bracket,
     "bracket.brep": bracket,
@@ -91,6 +99,8 @@ def _write(model: Model, path: Path) -> None:
         writer.AddShape(_shape(model).wrapped)
         writer.ComputeModel()
         assert writer.Write(str(path))
+    elif path.suffix == ".stl":
+        _shape(model).exportStl(str(path), tolerance=0.02, angularTolerance=0.2)
     elif path.suffix == ".brep":
         _shape(model).exportBrep(str(path))
     else:
