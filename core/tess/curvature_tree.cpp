@@ -1,5 +1,6 @@
 #include "core/tess/curvature_tree.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace trimray::tess {
@@ -73,41 +74,47 @@ struct CurvatureTree::Builder {
     const int p = patches.degree_u, q = patches.degree_v, row = q + 1;
     const dvec4* a = patches.ctrl_h.data() + std::size_t(first) * patches.points();
     const dvec4* b = patches.ctrl_h.data() + std::size_t(second) * patches.points();
-    const double da = along_u ? patches.uv_face[first].extent().x : patches.uv_face[first].extent().y;
-    const double db = along_u ? patches.uv_face[second].extent().x : patches.uv_face[second].extent().y;
-    const int degree = along_u ? p : q, lines = along_u ? q + 1 : p + 1, step = along_u ? row : 1,
-              line_step = along_u ? 1 : row;
-    Box3 jump;
+    const int d = along_u ? 0 : 1, degree = along_u ? p : q, lines = along_u ? q + 1 : p + 1;
+    const int step = along_u ? row : 1, line_step = along_u ? 1 : row;
+    const double ka = degree / patches.uv_face[first].extent()[d],
+                 kb = degree / patches.uv_face[second].extent()[d];
+    Box3 jump, places;
     double speed = 0.0;
+    Interval weights{kInf, -kInf};
     for (int l = 0; l < lines; ++l) {
       const dvec4 at = b[l * line_step], before = a[(degree - 1) * step + l * line_step],
                   after = b[step + l * line_step];
-      const dvec3 origin = dvec3(at.x, at.y, at.z) / at.w;
-      const auto relative = [&](const dvec4& h) { return (dvec3(h.x, h.y, h.z) - h.w * origin) / at.w; };
-      const dvec3 out = double(degree) / db * relative(after), in = double(degree) / da * -relative(before);
-      jump.add(out - in);
+      const dvec3 place = dvec3(at.x, at.y, at.z) / at.w;
+      const auto relative = [&](const dvec4& h) { return (dvec3(h.x, h.y, h.z) - h.w * place) / at.w; };
+      const dvec3 out = kb * relative(after), in = ka * -relative(before);
+      jump.add(out - in), places.add(place);
       speed = std::max(speed, std::max(glm::length(out), glm::length(in)));
+      const double w = kb * (after.w / at.w - 1.0) + ka * (before.w / at.w - 1.0);
+      weights = {std::min(weights.lo, w), std::max(weights.hi, w)};
     }
-    // Weights at the line vary: the hull holds up to their ratio; kinks are rare, so no more care is taken.
-    if (largest(jump) <= 1e-9 * speed) return {};
-    return rational ? Interval{0.5, 2.0} * jump : jump;
+    // The jump is the weighted mean of the points' own, if the weights' slopes jump alike all along the line.
+    if (weights.hi - weights.lo > 1e-9 * (ka + kb))
+      jump.dilate((weights.hi - weights.lo) * places.diagonal());
+    return largest(jump) <= 1e-9 * speed ? Box3{} : jump;
   }
 
-  void kinks(int u0, int u1, int v0, int v1, bool along_u, int at, CurvatureRange& r) const {
+  void kinks(int u0, int u1, int v0, int v1, bool along_u, int at, Node& node) const {
     const int begin = along_u ? v0 : u0, end = along_u ? v1 : u1;
-    Box3 all;
     for (int k = begin; k < end; ++k) {
       const int first = along_u ? (at - 1) * patches.spans_v + k : k * patches.spans_v + at - 1;
       const int second = along_u ? at * patches.spans_v + k : k * patches.spans_v + at;
-      all.add(kink(first, second, along_u));
+      node.own.add(kink(first, second, along_u));
     }
-    if (all.empty()) return;
-    (along_u ? r.kink_u : r.kink_v).add(all);
-    ++(along_u ? r.kinks_u : r.kinks_v);
+    node.kinked = !node.own.empty();
+    if (!node.kinked) return;
+    const int d = along_u ? 0 : 1;
+    node.jump[d].add(node.own), ++node.kinks[d];
+    const Box2& box = patches.uv_face[along_u ? at * patches.spans_v + v0 : u0 * patches.spans_v + at];
+    tree.kinks_[d].push_back(box.lower[d]);
   }
 
   int add(const Box2& box) {
-    tree.nodes_.push_back({box, {}, {-1, -1}});
+    tree.nodes_.emplace_back().box = box;
     return static_cast<int>(tree.nodes_.size()) - 1;
   }
 
@@ -118,7 +125,7 @@ struct CurvatureTree::Builder {
         add({patches.uv_face[first].lower, patches.uv_face[(u1 - 1) * patches.spans_v + v1 - 1].upper});
     if (u1 - u0 == 1 && v1 - v0 == 1) {
       tree.nodes_[node].patch = first;
-      tree.nodes_[node].range.second = range_of(tree.nodes_[node].box, net_of(first));
+      tree.nodes_[node].second = range_of(tree.nodes_[node].box, net_of(first));
       return node;
     }
     const bool along_u = u1 - u0 >= v1 - v0;
@@ -126,7 +133,7 @@ struct CurvatureTree::Builder {
     const int a = along_u ? patch_nodes(u0, middle, v0, v1) : patch_nodes(u0, u1, v0, middle);
     const int b = along_u ? patch_nodes(middle, u1, v0, v1) : patch_nodes(u0, u1, middle, v1);
     join(node, a, b);
-    kinks(u0, u1, v0, v1, along_u, middle, tree.nodes_[node].range);
+    kinks(u0, u1, v0, v1, along_u, middle, tree.nodes_[node]);
     return node;
   }
 
@@ -141,10 +148,14 @@ struct CurvatureTree::Builder {
   }
 
   void join(int node, int a, int b) {
-    CurvatureRange both = tree.nodes_[a].range;
-    both.add(tree.nodes_[b].range);
-    tree.nodes_[node].range = both;
-    tree.nodes_[node].child[0] = a, tree.nodes_[node].child[1] = b;
+    Node& both = tree.nodes_[node];
+    both.second = {};
+    for (const int child : {a, b}) {
+      const Node& n = tree.nodes_[child];
+      both.second.add(n.second);
+      for (const int d : {0, 1}) both.jump[d].add(n.jump[d]), both.kinks[d] += n.kinks[d];
+    }
+    both.child[0] = a, both.child[1] = b;
   }
 
   // A regular grid over the node where its bounds are tight enough, or else over its halves. net: of the
@@ -152,8 +163,8 @@ struct CurvatureTree::Builder {
   void choose(int node, std::vector<dvec4> net, int depth) {
     const Box2 box = tree.nodes_[node].box;
     const dvec2 e = box.extent();
-    const CurvatureRange& range = tree.nodes_[node].range;
-    const DerivativeRange second = range.second;
+    const Node& here = tree.nodes_[node];
+    const DerivativeRange second = here.second;
     const nurbs::SurfacePoint middle = chart.at(box.center());
     const dvec3 cross = glm::cross(middle.du, middle.dv);
     const double length = glm::length(cross);
@@ -166,8 +177,8 @@ struct CurvatureTree::Builder {
     double loose_u = 0.0, loose_v = 0.0, loose_uv = 0.0;
     double a = size(second.uu, e.x * e.x, loose_u), c = size(second.vv, e.y * e.y, loose_v);
     const double b = size(second.uv, e.x * e.y, loose_uv);
-    if (range.kinks_u > 0) a += 2.0 * range.kinks_u * along(n, range.kink_u).magnitude() * e.x;
-    if (range.kinks_v > 0) c += 2.0 * range.kinks_v * along(n, range.kink_v).magnitude() * e.y;
+    if (here.kinks[0] > 0) a += 2.0 * here.kinks[0] * along(n, here.jump[0]).magnitude() * e.x;
+    if (here.kinks[1] > 0) c += 2.0 * here.kinks[1] * along(n, here.jump[1]).magnitude() * e.y;
     Box3 place;
     place.add(middle.p);
     if (net.empty())
@@ -206,8 +217,8 @@ struct CurvatureTree::Builder {
     if (!net.empty()) halve_net(net, patches.degree_u, patches.degree_v, along_u, lower_net, upper_net);
     const int a = add(lower), b = add(upper);
     tree.nodes_[a].patch = tree.nodes_[b].patch = patch;
-    tree.nodes_[a].range.second = range_of(lower, lower_net);
-    tree.nodes_[b].range.second = range_of(upper, upper_net);
+    tree.nodes_[a].second = range_of(lower, lower_net);
+    tree.nodes_[b].second = range_of(upper, upper_net);
     join(node, a, b);
     choose(a, std::move(lower_net), depth + 1);
     choose(b, std::move(upper_net), depth + 1);
@@ -250,7 +261,7 @@ CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart,
   Builder b{*this, chart, tolerance, angle, patches_};
   if (chart.closed_form()) {
     const int root = b.add(box);
-    nodes_[root].range.second = closed_form_range(surface_, box);
+    nodes_[root].second = closed_form_range(surface_, box);
     b.choose(root, {}, 0);
     return;
   }
@@ -266,6 +277,8 @@ CurvatureTree::CurvatureTree(const nurbs::NurbsStore& store, const Chart& chart,
   while (v0 + 1 < v1 && p.uv_face[v0].upper.y <= box.lower.y) ++v0;
   while (v1 - 1 > v0 && p.uv_face[v1 - 1].lower.y >= box.upper.y) --v1;
   const int root = b.patch_nodes(u0, u1, v0, v1);
+  for (auto& lines : kinks_)
+    std::sort(lines.begin(), lines.end()), lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
   b.choose(root, nodes_[root].patch >= 0 ? b.net_of(nodes_[root].patch) : std::vector<dvec4>(), 0);
 }
 
@@ -280,11 +293,13 @@ void CurvatureTree::gather(int index, const Box2& box, bool sharp, CurvatureRang
   const bool covered = glm::all(glm::lessThanEqual(box.lower, node.box.lower)) &&
                        glm::all(glm::lessThanEqual(node.box.upper, box.upper));
   if (covered) {
-    out.add(node.range);
+    out.second.add(node.second);
+    for (const int d : {0, 1})
+      if (node.kinks[d] > 0) out.kink.add(0.5 * box.extent()[d] * node.jump[d]), out.kinks += node.kinks[d];
     return;
   }
   if (node.child[0] < 0) {
-    out.second.add(sharp ? part_of_leaf(node, box) : node.range.second);
+    out.second.add(sharp ? part_of_leaf(node, box) : node.second);
     return;
   }
   // Outside of the root the nearest leaves' polynomials go on.
@@ -293,24 +308,35 @@ void CurvatureTree::gather(int index, const Box2& box, bool sharp, CurvatureRang
   const bool lower = box.lower[d]<a.upper[d], upper = box.upper[d]> a.upper[d];
   if (lower || !upper) gather(node.child[0], box, sharp, out);
   if (upper) gather(node.child[1], box, sharp, out);
-  if (lower && upper) {
-    // A kink on this very line; those inside the halves came with them.
-    if (node.range.kinks_u + node.range.kinks_v == 0) return;
-    const Node &x = nodes_[node.child[0]], &y = nodes_[node.child[1]];
-    const int own_u = node.range.kinks_u - x.range.kinks_u - y.range.kinks_u;
-    const int own_v = node.range.kinks_v - x.range.kinks_v - y.range.kinks_v;
-    if (own_u > 0) out.kink_u.add(node.range.kink_u), out.kinks_u += own_u;
-    if (own_v > 0) out.kink_v.add(node.range.kink_v), out.kinks_v += own_v;
-  }
+  // A kink on this very line; those inside the halves came with them.
+  if (!lower || !upper || !node.kinked) return;
+  const double x = a.upper[d];
+  out.kink.add(std::min(x - box.lower[d], box.upper[d] - x) * node.own), ++out.kinks;
+}
+
+double CurvatureTree::kink_between(int d, double a, double b) const {
+  double best = kNaN;
+  for (const double x : kinks_[d])
+    if (x > std::min(a, b) && x < std::max(a, b) &&
+        !(std::abs(x - 0.5 * (a + b)) >= std::abs(best - 0.5 * (a + b))))
+      best = x;
+  return best;
 }
 
 // Sharper than the leaf's own range, since a triangle is mostly smaller.
 DerivativeRange CurvatureTree::part_of_leaf(const Node& leaf, const Box2& box) const {
-  const Box2 part{glm::max(box.lower, leaf.box.lower), glm::min(box.upper, leaf.box.upper)};
-  const dvec2 e = part.extent(), whole = leaf.box.extent();
-  constexpr double kMostly = 0.7;
-  if (!(e.x > 0.0 && e.y > 0.0) || (e.x > kMostly * whole.x && e.y > kMostly * whole.y))
-    return leaf.range.second;
+  Box2 part{glm::max(box.lower, leaf.box.lower), glm::min(box.upper, leaf.box.upper)};
+  const dvec2 whole = leaf.box.extent();
+  // Differences over the smallest parts would be rounding alone; parts outside of the leaf are at its border.
+  constexpr double kLeast = 1e-3, kMostly = 0.7;
+  for (const int d : {0, 1}) {
+    const double least = kLeast * whole[d];
+    part.lower[d] = std::clamp(std::min(part.lower[d], part.upper[d] - least), leaf.box.lower[d],
+                               leaf.box.upper[d] - least);
+    part.upper[d] = std::clamp(part.upper[d], part.lower[d] + least, leaf.box.upper[d]);
+  }
+  const dvec2 e = part.extent();
+  if (e.x > kMostly * whole.x && e.y > kMostly * whole.y) return leaf.second;
   if (leaf.patch < 0) return closed_form_range(surface_, part);
   const Box2& patch = patches_.uv_face[leaf.patch];
   thread_local std::vector<dvec4> net;

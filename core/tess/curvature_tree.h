@@ -15,17 +15,13 @@
 
 namespace trimray::tess {
 
-// What is known over a box of the chart. At a kink line Su (or Sv) jumps by a vector of kink_u (kink_v): a
-// knot of full multiplicity.
+// What is known over a box of the chart: besides second derivatives, kinks. At a knot of full multiplicity Su
+// or Sv jumps; kink is the box of these jumps, each times the length (in the chart) of the shorter part of
+// the box beside the knot, and so what it can do to a straight interpolation, kinks their number.
 struct CurvatureRange {
   DerivativeRange second;
-  Box3 kink_u, kink_v;
-  int kinks_u = 0, kinks_v = 0;
-  void add(const CurvatureRange& r) {
-    second.add(r.second);
-    kink_u.add(r.kink_u), kink_v.add(r.kink_v);
-    kinks_u += r.kinks_u, kinks_v += r.kinks_v;
-  }
+  Box3 kink;
+  int kinks = 0;
 };
 
 struct GridLeaf {
@@ -43,11 +39,17 @@ class CurvatureTree {
   // sharp: leaves that the box covers in part are looked at again, for ten times the time.
   CurvatureRange over(const Box2& box, bool sharp = true) const;
   const std::vector<GridLeaf>& leaves() const { return leaves_; }
+  // The kink in direction d (0: u) that lies between two coordinates and nearest to their middle; kNaN: none.
+  double kink_between(int d, double a, double b) const;
 
  private:
   struct Node {
     Box2 box;
-    CurvatureRange range;
+    DerivativeRange second;
+    Box3 jump[2];  // of Su and of Sv, at all kinks inside
+    int kinks[2] = {0, 0};
+    Box3 own;             // at the line between the children
+    bool kinked = false;  // there is one
     int child[2] = {-1, -1};
     int patch = -1;  // of a leaf
   };
@@ -59,6 +61,7 @@ class CurvatureTree {
   const nurbs::Surface& surface_;
   nurbs::BezierPatches patches_;  // none for closed forms
   bool rational_ = false;
+  std::vector<double> kinks_[2];  // sorted
   std::vector<Node> nodes_;
   std::vector<GridLeaf> leaves_;
 };

@@ -239,11 +239,9 @@ double side_deviation(const EdgeUse& use, dvec2 a, dvec2 b) {
   const dvec2 d = box.extent();
   const CurvatureRange r = use.tree->over(box);
   const auto size = [&](const Box3& range) { return along(n, range).magnitude(); };
-  double sum =
+  const double sum =
       d.x * d.x * size(r.second.uu) + 2.0 * d.x * d.y * size(r.second.uv) + d.y * d.y * size(r.second.vv);
-  if (r.kinks_u > 0) sum += 2.0 * r.kinks_u * size(r.kink_u) * d.x;
-  if (r.kinks_v > 0) sum += 2.0 * r.kinks_v * size(r.kink_v) * d.y;
-  return 0.125 * sum;
+  return 0.125 * sum + (r.kinks > 0 ? r.kinks * size(r.kink) : 0.0);
 }
 
 }  // namespace

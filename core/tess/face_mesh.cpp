@@ -5,6 +5,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/tess/cell_map.h"
 #include "core/tess/delaunay.h"
 #include "core/tess/inner_points.h"
 #include "core/tess/triangle_bound.h"
@@ -42,7 +43,7 @@ class FaceMesher {
     out_.own_vertices = polygon_.own_vertices;
     if (polygon_.loops.empty()) return std::move(out_);  // smaller than its edges' tolerances
     add_boundary();
-    choose_scale();
+    if (tree_) cells_ = CellMap(*tree_, polygon_.box);
     if (tree_)
       for (const dvec2 p : inner_points(*tree_, polygon_)) add_inner(p);
     for (const dvec2 p : hints.points) add_inner(p);
@@ -118,26 +119,9 @@ class FaceMesher {
     add_node(p, place, -static_cast<VertexKey>(out_.own_vertices.size()));
   }
 
-  // The chart is stretched so that a cell of the grid is about a square; planes are as they are.
-  void choose_scale() {
-    if (!tree_) return;
-    const dvec2 extent = glm::max(polygon_.box.extent(), dvec2(1e-300));
-    dvec2 cell(0.0);
-    double weight = 0.0;
-    for (const GridLeaf& leaf : tree_->leaves()) {
-      const dvec2 e = leaf.box.extent();
-      cell += (e.x * e.y) * glm::min(e / dvec2(leaf.count_u, leaf.count_v), extent);
-      weight += e.x * e.y;
-    }
-    if (weight > 0.0) cell /= weight;
-    for (int d = 0; d < 2; ++d)
-      if (!(cell[d] > 0.0 && std::isfinite(cell[d]))) cell[d] = extent[d];
-    scale_ = 1.0 / cell;
-  }
-
   bool triangulate() {
     std::vector<dvec2> scaled(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) scaled[i] = points_[i].p * scale_;
+    for (std::size_t i = 0; i < points_.size(); ++i) scaled[i] = cells_.to_cells(points_[i].p);
     Delaunay result = tess::triangulate(scaled, sides_);
     if (result.outcome == Delaunay::Outcome::kDone) {
       triangles_ = std::move(result.triangles);
@@ -167,6 +151,9 @@ class FaceMesher {
 
   TriangleBound bound(const std::array<int, 3>& t) const {
     const dvec2 p[3] = {points_[t[0]].p, points_[t[1]].p, points_[t[2]].p};
+    const dvec2 a = p[1] - p[0], c = p[2] - p[0];
+    if (a.x * c.y - a.y * c.x < -1e-9 * (std::abs(a.x * c.y) + std::abs(a.y * c.x)))
+      return {};  // turned over by the cells
     const dvec3 s[3] = {points_[t[0]].surface, points_[t[1]].surface, points_[t[2]].surface};
     TriangleBound r = bound_triangle(chart_, tree_, p, s, limit_of(t));
     if (limits_.angle < kInf)
@@ -192,13 +179,26 @@ class FaceMesher {
       if (too_far(i)) improve(triangles_[i], limit_of(triangles_[i]), halve);
     std::sort(halve.begin(), halve.end());
     halve.erase(std::unique(halve.begin(), halve.end()), halve.end());
-    for (const auto& s : halve) add_inner(0.5 * (points_[s[0]].p + points_[s[1]].p));
+    for (const auto& s : halve) add_inner(parting(points_[s[0]].p, points_[s[1]].p));
     // Edges that must be finer change the boundary: then all begins again, with the inner points found so
     // far.
     if (out_.split.empty()) return !halve.empty();
     out_.failure = "an edge must be finer";
     out_.found = std::move(added_);
     return false;
+  }
+
+  // Where to halve a side: at a kink that it crosses, else in the middle of its cells.
+  dvec2 parting(dvec2 a, dvec2 b) const {
+    for (const int d : {0, 1}) {
+      const double x = tree_ != nullptr ? tree_->kink_between(d, a[d], b[d]) : kNaN;
+      const double t = (x - a[d]) / (b[d] - a[d]);
+      if (!(t > 0.02 && t < 0.98)) continue;
+      dvec2 p = a + t * (b - a);
+      p[d] = x;
+      return p;
+    }
+    return cells_.to_chart(0.5 * (cells_.to_cells(a) + cells_.to_cells(b)));
   }
 
   double limit_of(const std::array<int, 3>& t) const {
@@ -319,7 +319,7 @@ class FaceMesher {
   const CurvatureTree* tree_;
   const FacePolygon& polygon_;
   const EdgeLimits& limits_;
-  dvec2 scale_{1.0};
+  CellMap cells_;
   std::map<std::array<double, 2>, int> known_;      // places in the chart
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   std::vector<Node> points_;

@@ -116,7 +116,7 @@ class Interpolation {
     const double hu = glm::dot(sum, 0.5 * r.uu.extent()), hm = glm::dot(sum, 0.5 * r.uv.extent()),
                  hv = glm::dot(sum, 0.5 * r.vv.extent());
     return error(cu, cm, cv, hu + hm * balance_, hv + hm / balance_,
-                 kink(tess::along(e, range_.kink_u).magnitude(), tess::along(e, range_.kink_v).magnitude()));
+                 range_.kinks > 0 ? range_.kinks * tess::along(e, range_.kink).magnitude() : 0.0);
   }
 
   // Of the whole vector.
@@ -124,17 +124,10 @@ class Interpolation {
     const DerivativeRange& r = range_.second;
     const double m = largest(r.uv);
     return error(0.0, 0.0, 0.0, largest(r.uu) + m * balance_, largest(r.vv) + m / balance_,
-                 kink(largest(range_.kink_u), largest(range_.kink_v)));
+                 range_.kinks > 0 ? range_.kinks * largest(range_.kink) : 0.0);
   }
 
  private:
-  double kink(double ku, double kv) const {
-    double r = 0.0;
-    if (range_.kinks_u > 0) r += 0.25 * range_.kinks_u * ku * extent_.x;
-    if (range_.kinks_v > 0) r += 0.25 * range_.kinks_v * kv * extent_.y;
-    return r;
-  }
-
   Error error(double cu, double cm, double cv, double hu, double hv, double kinks) const {
     Error r{};
     for (int k = 0; k < 3; ++k) {
