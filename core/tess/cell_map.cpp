@@ -59,6 +59,12 @@ CellMap::CellMap(const CurvatureTree& tree, const Box2& box) {
   }
 }
 
+void CellMap::make_even() {
+  for (Axis& axis : axis_)
+    if (!axis.chart.empty())
+      axis.chart = {axis.chart.front(), axis.chart.back()}, axis.cells = {0.0, axis.cells.back()};
+}
+
 double CellMap::Axis::map(const std::vector<double>& a, const std::vector<double>& b, double x) {
   const auto above = std::upper_bound(a.begin() + 1, a.end() - 1, x) - a.begin();
   return b[above - 1] + (x - a[above - 1]) * (b[above] - b[above - 1]) / (a[above] - a[above - 1]);

@@ -13,6 +13,9 @@ class CellMap {
   CellMap() = default;  // leaves all as it is
   CellMap(const CurvatureTree& tree, const Box2& box);
 
+  // The same scale everywhere: straight lines stay straight.
+  void make_even();
+
   // Each coordinate is mapped by itself, piecewise linearly and strictly increasing.
   dvec2 to_cells(dvec2 p) const { return {axis_[0].to(p.x), axis_[1].to(p.y)}; }
   dvec2 to_chart(dvec2 c) const { return {axis_[0].from(c.x), axis_[1].from(c.y)}; }

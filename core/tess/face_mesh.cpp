@@ -50,6 +50,10 @@ class FaceMesher {
     added_.clear();
     for (int round = 0; round < kRounds; ++round) {
       if (!triangulate()) return std::move(out_);
+      if (some_turned()) {
+        cells_.make_even();
+        if (!triangulate()) return std::move(out_);
+      }
       if (!refine() || points_.size() > kMaxPoints) break;
     }
     take();
@@ -75,7 +79,7 @@ class FaceMesher {
         boundary_[{std::min(a, b), std::max(a, b)}] = static_cast<int>(sides_.size());
         sides_.push_back({a, b});
         side_edge_.push_back({loop[i].edge, loop[i].segment});
-        side_deviation_.push_back(loop[i].side_deviation), side_gap_.push_back(loop[i].side_gap);
+        side_deviation_.push_back(loop[i].side_deviation);
       }
     }
   }
@@ -125,6 +129,7 @@ class FaceMesher {
     Delaunay result = tess::triangulate(scaled, sides_);
     if (result.outcome == Delaunay::Outcome::kDone) {
       triangles_ = std::move(result.triangles);
+      flip_degenerate();
       return true;
     }
     for (const auto& [s, t] : result.crossings)
@@ -139,6 +144,72 @@ class FaceMesher {
     return false;
   }
 
+  bool degenerate(const std::array<int, 3>& t) const {
+    constexpr double kFlat = 1e-9;
+    const LongestSide side = longest_side(t);
+    return !collapsed(t) && side.height <= kFlat * side.length;
+  }
+
+  // Three places on a line of space need not lie on a line of the chart: two on a ruling and the apex. The
+  // neighbour over the longest side takes the middle one in.
+  void flip_degenerate() {
+    constexpr int kPasses = 32;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      std::vector<int> flat;
+      for (std::size_t i = 0; i < triangles_.size(); ++i)
+        if (degenerate(triangles_[i])) flat.push_back(static_cast<int>(i));
+      if (flat.empty()) return;
+      IndexMap<2, std::array<int, 2>> beside;
+      for (const int i : flat) beside[longest_side(triangles_[i]).ends] = {-1, -1};
+      for (std::size_t i = 0; i < triangles_.size(); ++i)
+        for (int k = 0; k < 3; ++k) {
+          const auto found = beside.find(ordered(triangles_[i][k], triangles_[i][(k + 1) % 3]));
+          if (found != beside.end()) found->second[found->second[0] < 0 ? 0 : 1] = static_cast<int>(i);
+        }
+      std::vector<bool> touched(triangles_.size(), false);
+      bool any = false;
+      for (const int i : flat) {
+        const std::array<int, 2> ends = longest_side(triangles_[i]).ends;
+        const auto [one, two] = beside[ends];
+        const int other = one == i ? two : one;
+        if (other < 0 || boundary_.count(ends) || touched[i] || touched[other]) continue;
+        if (!flip(triangles_[i], triangles_[other], ends)) continue;
+        touched[i] = touched[other] = any = true;
+      }
+      if (!any) return;
+    }
+  }
+
+  // Turns the side that two triangles share; false where they do not allow it.
+  bool flip(std::array<int, 3>& t, std::array<int, 3>& u, const std::array<int, 2>& ends) const {
+    const auto opposite = [&](const std::array<int, 3>& x) {
+      int k = 0;
+      while (x[k] == ends[0] || x[k] == ends[1]) ++k;
+      return k;
+    };
+    const int k = opposite(t), a = t[k], i = t[(k + 1) % 3], j = t[(k + 2) % 3], c = u[opposite(u)];
+    const std::array<int, 3> first{a, i, c}, second{c, j, a};
+    if (turned(first) <= 0.0 || turned(second) <= 0.0) return false;
+    // Past a triangle that is collapsed at a pole the flat one goes on to the next.
+    const bool better = !collapsed(first) && !collapsed(second) && !degenerate(first) && !degenerate(second);
+    if (!better && !collapsed(u)) return false;
+    t = first, u = second;
+    return true;
+  }
+
+  // The way to cells and back bends straight lines, and may turn a triangle beside them over.
+  bool some_turned() const {
+    for (const auto& t : triangles_)
+      if (turned(t) < 0.0 && !collapsed(t)) return true;
+    return false;
+  }
+
+  // Twice the area in the chart.
+  double turned(const std::array<int, 3>& t) const {
+    const dvec2 a = points_[t[1]].p - points_[t[0]].p, b = points_[t[2]].p - points_[t[0]].p;
+    return a.x * b.y - a.y * b.x;
+  }
+
   double corner_gap(const std::array<int, 3>& t) const {
     return std::max(points_[t[0]].gap, std::max(points_[t[1]].gap, points_[t[2]].gap));
   }
@@ -151,9 +222,6 @@ class FaceMesher {
 
   TriangleBound bound(const std::array<int, 3>& t) const {
     const dvec2 p[3] = {points_[t[0]].p, points_[t[1]].p, points_[t[2]].p};
-    const dvec2 a = p[1] - p[0], c = p[2] - p[0];
-    if (a.x * c.y - a.y * c.x < -1e-9 * (std::abs(a.x * c.y) + std::abs(a.y * c.x)))
-      return {};  // turned over by the cells
     const dvec3 s[3] = {points_[t[0]].surface, points_[t[1]].surface, points_[t[2]].surface};
     TriangleBound r = bound_triangle(chart_, tree_, p, s, limit_of(t));
     if (limits_.angle < kInf)
@@ -170,12 +238,8 @@ class FaceMesher {
     bounds_.clear();
     out_.split.clear(), out_.failure.clear();
     for (const auto& t : triangles_) bounds_.push_back(known_bound(t));
-    std::vector<std::size_t> failing;
-    for (std::size_t i = 0; i < triangles_.size(); ++i)
-      if (too_far(i)) failing.push_back(i);
-    bound_slivers(failing);
     std::vector<std::array<int, 2>> halve;
-    for (const std::size_t i : failing)
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
       if (too_far(i)) improve(triangles_[i], limit_of(triangles_[i]), halve);
     std::sort(halve.begin(), halve.end());
     halve.erase(std::unique(halve.begin(), halve.end()), halve.end());
@@ -215,36 +279,9 @@ class FaceMesher {
     return bounds_[i] + gap > limit && bounds_[i] > std::max(limit - gap, 0.3 * limit);
   }
 
-  // A triangle much flatter than the tolerance is as near to the surface as what lies along its longest side:
-  // the edge, or the neighbour.
-  void bound_slivers(const std::vector<std::size_t>& failing) {
-    if (failing.empty() || limits_.angle < kInf) return;
-    std::map<std::array<int, 2>, std::array<std::size_t, 2>>
-        sides;  // of failing triangles: the two beside them
-    constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-    for (const std::size_t i : failing) sides[longest_side(triangles_[i]).ends] = {kNone, kNone};
-    for (std::size_t i = 0; i < triangles_.size(); ++i)
-      for (int k = 0; k < 3; ++k) {
-        const int a = triangles_[i][k], b = triangles_[i][(k + 1) % 3];
-        const auto side = sides.find({std::min(a, b), std::max(a, b)});
-        if (side != sides.end()) side->second[side->second[0] == kNone ? 0 : 1] = i;
-      }
-    const std::vector<double> before = bounds_;
-    for (const std::size_t i : failing) {
-      const LongestSide side = longest_side(triangles_[i]);
-      double beside = kInf;
-      const auto boundary = boundary_.find(side.ends);
-      if (boundary != boundary_.end())
-        beside = side_deviation_[boundary->second] + side_gap_[boundary->second];
-      for (const std::size_t n : sides[side.ends])
-        if (n != kNone && n != i) beside = std::min(beside, before[n] + corner_gap(triangles_[n]));
-      bounds_[i] = std::min(bounds_[i], side.height + beside);
-    }
-  }
-
   struct LongestSide {
     std::array<int, 2> ends;
-    double height;  // of the triangle over it, mm
+    double length, height;  // its own and the triangle's over it, mm
   };
   LongestSide longest_side(const std::array<int, 3>& t) const {
     LongestSide r{};
@@ -256,6 +293,7 @@ class FaceMesher {
       const double length = glm::distance(points_[a].place, points_[b].place);
       if (length > longest) longest = length, r.ends = {std::min(a, b), std::max(a, b)};
     }
+    r.length = longest;
     r.height = longest > 0.0 ? glm::length(cross) / longest : 0.0;
     return r;
   }
@@ -326,7 +364,7 @@ class FaceMesher {
   std::vector<dvec2> added_;  // by refinement
   std::vector<std::array<int, 2>> sides_;
   std::vector<std::array<std::int32_t, 2>> side_edge_;
-  std::vector<double> side_deviation_, side_gap_;
+  std::vector<double> side_deviation_;
   std::vector<std::array<int, 3>> triangles_;
   IndexMap<2, int> boundary_;  // side by its ends, the lower first
   IndexMap<3, double> known_bounds_;

@@ -60,7 +60,7 @@ class PolygonBuilder {
       b.p = sample_in_chart(store_, chart_, coedge, line.at[sample], b.place);
       b.edge = coedge.edge;
       b.segment = k == n ? -1 : coedge.reversed ? n - 1 - k : k;
-      if (b.segment >= 0) b.side_deviation = line.deviation[b.segment], b.side_gap = edge.band;
+      if (b.segment >= 0) b.side_deviation = line.deviation[b.segment];
       if (sample == 0 || sample == n || edge.degenerate)
         b.vertex = wireframe_.one[edge.vertex[sample == n ? 1 : 0] - wireframe_.vertex_begin];
       else
@@ -96,7 +96,7 @@ class PolygonBuilder {
     for (const auto& [first_index, end, degenerate] : stretches) {
       BoundaryPoint& last = points[end];
       const BoundaryPoint& first = points[(end + 1) % points.size()];
-      last.edge = last.segment = -1, last.side_deviation = last.side_gap = kInf;
+      last.edge = last.segment = -1, last.side_deviation = kInf;
       const dvec2 gap = glm::abs(last.p - first.p);
       drop[end] = last.vertex == first.vertex && gap.x <= near.x && gap.y <= near.y;
     }

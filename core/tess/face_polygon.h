@@ -26,7 +26,6 @@ struct BoundaryPoint {
   // The side to the next point: a segment of an edge, or -1: the face's own.
   std::int32_t edge = -1, segment = -1;
   double side_deviation = kInf;  // of that side from the edge's curve, proven
-  double side_gap = kInf;        // of the edge's curve from the surface
 };
 
 struct FacePolygon {

@@ -32,6 +32,12 @@ double enclosing_enlarged(double a, double b, double c, double x, double& raised
   return enclosing(a, b, c) + 0.5 * x * std::max(0.0, c - a - b);
 }
 
+dvec3 any_normal(const dvec3& v) {
+  const dvec3 n = glm::cross(v, std::abs(v.x) < std::abs(v.y) ? dvec3(1, 0, 0) : dvec3(0, 1, 0));
+  const double length = glm::length(n);
+  return length > 0.0 ? n / length : dvec3(0, 0, 1);
+}
+
 double square(double x) { return x * x; }
 
 // Cylinders and cones: at its own height no point of the triangle is nearer to the axis than the middle of
@@ -145,13 +151,34 @@ class Interpolation {
   double balance_ = 1.0;
 };
 
+// A flat triangle is no farther from the surface than its longest side, by more than its height. A point of
+// the side has a point of the surface right across it (in the plane normal to the side), as far as the
+// surface's curve over it runs evenly enough.
+double sliver_bound(const Interpolation& interpolation, const dvec3 s[3], const dvec3& n, double area2,
+                    double x) {
+  int longest = 0;
+  double length = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double l = glm::distance(s[(k + 1) % 3], s[k]);
+    if (l > length) length = l, longest = k;
+  }
+  if (!(length > 0.0)) return 0.0;
+  const dvec3 side = (s[(longest + 1) % 3] - s[longest]) / length;
+  const Interpolation::Error run = interpolation.along(side), up = interpolation.along(n),
+                             across = interpolation.along(glm::cross(n, side));
+  // Up to x beyond its ends (x < 0.1) a quadratic is no larger than in its middle.
+  if (!(0.125 * run.side(longest) + run.kinks <= std::min(x, 0.1) * length)) return kInf;
+  return area2 / length +
+         std::hypot(0.125 * up.side(longest) + up.kinks, 0.125 * across.side(longest) + across.kinks);
+}
+
 TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const dvec3 s[3], double enough,
                             bool sharp) {
   Box2 box;
   for (int k = 0; k < 3; ++k) box.add(p[k]);
   const dvec3 cross = glm::cross(s[1] - s[0], s[2] - s[0]);
   const double area2 = glm::length(cross);
-  const dvec3 n = area2 > 0.0 ? cross / area2 : dvec3(0.0);
+  const dvec3 n = area2 > 0.0 ? cross / area2 : any_normal(s[1] - s[0]);
   TriangleBound r;
   // How far the triangle is enlarged so that the surface, shifted sideways, still covers it.
   double x = 0.05;
@@ -164,6 +191,7 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
     if (attempt == 0) {
       r.deviation = interpolation.whole().most(0.0);
       for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * height.side(k);
+      r.deviation = std::min(r.deviation, sliver_bound(interpolation, s, n, area2, x));
       if (!(area2 > 0.0) || height.most(0.0) > enough) return r;
     }
     // The shift across a side, in units of the triangle's height over it.
