@@ -155,7 +155,8 @@ def _measure(
     is_open, edge = edges["open"].astype(bool), edges["edge"]
     apart = np.where(edge >= 0, np.maximum(edges["edge_to_side"], edges["side_to_edge"]), 0.0)
     result.worst_edge = max(result.worst_edge, float(apart.max(initial=0.0)) / deviation)
-    once = (edge >= 0) & (edge_uses[edge] == 1)
+    once = edge >= 0
+    once[once] = edge_uses[edge[once]] == 1
     result.holes += int((is_open & ~once).sum())
     if mesh.deviation is None:
         return
