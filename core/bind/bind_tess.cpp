@@ -1,34 +1,11 @@
 // Meshes of a store's prototypes.
-#include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/tuple.h>
-#include <nanobind/stl/vector.h>
-
 #include "core/base/error.h"
-#include "core/bind/bind.h"
+#include "core/bind/mesh_arrays.h"
 #include "core/tess/tessellate.h"
 
 namespace trimray::bind {
 
 namespace {
-
-// vertices (n, 3), triangles (m, 3), corner_uv (m, 3, 2), face (m,), deviation (m,).
-using MeshArrays = std::tuple<Out<double>, Out<std::int32_t>, Out<double>, Out<std::int32_t>, Out<double>>;
-using Issues = std::vector<std::pair<std::int32_t, std::string>>;
-
-MeshArrays mesh_arrays(tess::TriMesh&& mesh) {
-  const std::size_t n = mesh.vertices.size(), m = mesh.triangles.size();
-  std::vector<double> vertices, uv;
-  std::vector<std::int32_t> triangles;
-  vertices.reserve(3 * n), uv.reserve(6 * m), triangles.reserve(3 * m);
-  for (const dvec3& v : mesh.vertices) vertices.insert(vertices.end(), {v.x, v.y, v.z});
-  for (const auto& t : mesh.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
-  for (const auto& t : mesh.corner_uv)
-    for (const dvec2& p : t) uv.insert(uv.end(), {p.x, p.y});
-  return {array(std::move(vertices), {n, 3}), array(std::move(triangles), {m, 3}),
-          array(std::move(uv), {m, 3, 2}), array(std::move(mesh.face), {m}),
-          array(std::move(mesh.deviation), {m})};
-}
 
 std::pair<MeshArrays, Issues> tessellate(const nurbs::NurbsStore& store, std::int32_t prototype,
                                          double deviation, double angle, int threads) {
@@ -42,9 +19,7 @@ std::pair<MeshArrays, Issues> tessellate(const nurbs::NurbsStore& store, std::in
     t = tess::tessellate(store, prototype, tess::UniformTolerance(deviation),
                          {.angle = angle, .threads = threads});
   }
-  Issues issues;
-  for (const tess::TessIssue& issue : t.issues) issues.push_back({issue.face, issue.reason});
-  return {mesh_arrays(std::move(t.mesh)), std::move(issues)};
+  return {mesh_arrays(t.mesh), issues_of(t)};
 }
 
 }  // namespace

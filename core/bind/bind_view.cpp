@@ -1,6 +1,7 @@
 // Cameras.
 #include <nanobind/stl/pair.h>
 
+#include "core/base/error.h"
 #include "core/bind/bind.h"
 #include "core/view/camera.h"
 
@@ -63,6 +64,14 @@ void bind_view(nb::module_& m) {
       .def_ro("pixel", &view::Camera::pixel, "mm per px (orthographic) or tangent per px (perspective).")
       .def_ro("width_px", &view::Camera::width_px)
       .def_ro("height_px", &view::Camera::height_px)
+      .def(
+          "zoomed",
+          [](view::Camera c, double zoom) {
+            if (!(zoom > 0.0 && zoom < kInf)) throw ArgumentError("zoom must be above 0");
+            c.pixel /= zoom;
+            return c;
+          },
+          nb::arg("zoom"), "The same picture enlarged about its centre.")
       .def("rays", &rays,
            "Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.");
 }
