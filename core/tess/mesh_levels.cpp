@@ -16,6 +16,9 @@ namespace {
 
 constexpr double kFiner = 2.0;   // by how much a mesh may be finer than it must
 constexpr double kSpread = 2.0;  // of the tolerance over an instance that one level serves
+// Part of an instance's box that must be in the picture for a level. A box is larger than what is in it, and
+// a level lasts longer than a mesh that is cut.
+constexpr double kSeen = 0.5;
 
 // The power of the root of two that is not above it.
 double quantized(double tolerance) { return std::exp2(0.5 * std::floor(2.0 * std::log2(tolerance) + 1e-9)); }
@@ -128,8 +131,8 @@ ViewMeshes MeshLevels::meshes(const view::Camera& camera, double deviation_px, i
     const ViewTolerance view(camera, limits, instance.placement);
     if (view.outside(bounds)) continue;
     const double least = view.at(bounds);
-    wishes.push_back(
-        {i, instance.prototype, view, least, view.inside(bounds) && view.most(bounds) <= kSpread * least});
+    wishes.push_back({i, instance.prototype, view, least,
+                      view.share(bounds) >= kSeen && view.most(bounds) <= kSpread * least});
   }
   // Levels first, the finest of a prototype first: it may serve others, and cut instances as well.
   std::vector<std::size_t> order(wishes.size());

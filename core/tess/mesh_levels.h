@@ -40,7 +40,7 @@ class MeshLevels {
 
   // Meshes of all instances in the picture: no surface in it is seen farther from its mesh than deviation_px.
   //
-  // An instance that is wholly in the picture and about equally far all over has its prototype's mesh at one
+  // An instance that is mostly in the picture and about equally far all over has its prototype's mesh at one
   // tolerance, a level: a power of the root of two, in mm, and the same mesh for all instances that it
   // serves. A level serves while it is fine enough, and no more than twice as fine as it must be. Any other
   // instance has a mesh of its own, as fine as every place needs and without the triangles beyond the

@@ -73,6 +73,18 @@ bool ViewTolerance::inside(const Box3& box) const {
   return std::all_of(planes_.begin(), planes_.end(), [&](const Affine& p) { return p.most(box) <= 0.0; });
 }
 
+double ViewTolerance::share(const Box3& box) const {
+  if (inside(box)) return 1.0;
+  constexpr int kSide = 8;
+  int seen = 0;
+  for (int k = 0; k < kSide * kSide * kSide; ++k) {
+    const dvec3 cell(k % kSide + 0.5, k / kSide % kSide + 0.5, k / kSide / kSide + 0.5);
+    const dvec3 p = box.lower + cell / double(kSide) * box.extent();
+    seen += std::all_of(planes_.begin(), planes_.end(), [&](const Affine& s) { return s(p) <= 0.0; });
+  }
+  return double(seen) / (kSide * kSide * kSide);
+}
+
 std::vector<dvec3> ViewTolerance::corners(const Box3& box, const Affine& cut) const {
   std::vector<Affine> sides(planes_.begin(), planes_.end());
   sides.push_back(cut);

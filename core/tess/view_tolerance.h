@@ -32,6 +32,8 @@ class ViewTolerance final : public ToleranceField {
   // Of the picture with its rim. Neither is sure to find out, both are right when they say yes.
   bool outside(const Box3& box) const { return beyond(box) > 0.0; }
   bool inside(const Box3& box) const;
+  // About what part of the box is in the picture, 0 to 1; 1 where inside() says so.
+  double share(const Box3& box) const;
 
   // Is a mesh made for this field good for another one of the same instance, too? True where all of the box
   // that the other one sees is seen here, at tolerances that are nowhere larger, and somewhere no smaller
