@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from .version import __version__
 
 if TYPE_CHECKING:
+    from .camera import Camera
     from .faces import Face, Instance
     from .frame import Frame
     from .hits import Hits
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AOVS",
+    "Camera",
     "EmptyError",
     "Error",
     "Face",
@@ -72,6 +74,7 @@ _HOME = {
     "MeshCheck": "tri_mesh",
     "MeshIssue": "tri_mesh",
     "Model": "model",
+    "Camera": "camera",
     "Face": "faces",
     "Instance": "faces",
     "Frame": "frame",

@@ -192,6 +192,9 @@ class Camera:
     def width_px(self) -> int: ...
     @property
     def height_px(self) -> int: ...
+    def zoomed(self, zoom: float) -> Camera:
+        """The same picture enlarged about its centre."""
+
     def rays(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
         """
         Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.
@@ -305,6 +308,43 @@ def tessellate(
     """
     Watertight mesh of a prototype, deviation in mm (inf: the model's turns alone), angle in rad (inf: none): (vertices (n, 3), triangles (m, 3), corner_uv (m, 3, 2), face (m,), deviation (m,)) and [(face, why nothing is proven)].
     """
+
+class MeshLevels:
+    """Meshes of a store for cameras, kept from one to the next."""
+
+    def __init__(self, store: Store, angle: float) -> None:
+        """angle: rad, inf for none."""
+
+    def meshes(
+        self, camera: Camera, deviation_px: float, threads: int = 0
+    ) -> tuple[
+        list[tuple[int, int, bool]],
+        list[
+            tuple[
+                tuple[
+                    NDArray[numpy.float64],
+                    NDArray[numpy.int32],
+                    NDArray[numpy.float64],
+                    NDArray[numpy.int32],
+                    NDArray[numpy.float64],
+                ],
+                list[tuple[int, str]],
+            ]
+        ],
+        tuple[int, int],
+    ]:
+        """
+        [(instance, mesh, cut)] of the instances in the picture; by mesh what tessellate() returns; (meshes built, meshes reused).
+        """
+
+    def triangles(self, camera: Camera, deviation_px: float, threads: int = 0) -> tuple[int, int, int]:
+        """
+        The same, as counts: triangles of all instances, meshes built, meshes reused.
+        """
+
+    @property
+    def bytes(self) -> int:
+        """Of the meshes that are kept."""
 
 class MeshFile:
     """What read_mesh_file() found."""

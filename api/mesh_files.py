@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import _core
 from .importer.errors import OutputError, UsageError
-from .tri_mesh import Part, Placed, TriMesh, _placed
+from .tri_mesh import Part, Placed, TriMesh
 
 # What has no colour takes this one beside faces that have: the neutral grey of the pictures, sRGB-encoded.
 _GREY = (0.72, 0.74, 0.77, 1.0)
@@ -57,12 +57,12 @@ def _encode_glb(mesh: TriMesh) -> bytes:
     materials = _Materials()
     own, inherited = model._core.face_colors(), model._core.instance_colors()
     pieces: dict[tuple[int, bytes], list[str]] = {}
-    for instance, placed in zip(model.instances, _placed(model), strict=True):
-        number = instance.number
+    for meshed in mesh._pieces:
+        number, placed, part = meshed.instance, meshed.placed, meshed.part
+        instance = model.instances[number]
         # Places that colour their part alike share its geometry.
-        key = (placed.part, inherited[number].tobytes())
+        key = (id(part), inherited[number].tobytes())
         if key not in pieces:
-            part = mesh._parts[placed.part]
             colors = np.where(own[part.face][:, :1] >= 0.0, own[part.face], inherited[number])
             name = f"{instance.part or 'part'} {len(pieces)}"
             pieces[key] = _add_geometry(scene, name, part, part.normals(model._core), colors, materials)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from .camera import Camera
 from .faces import Face, Faces, Instance, color_or_none
 from .frame import Frame
 from .hierarchy import Hierarchy
@@ -36,6 +37,7 @@ from .views import (
 
 if TYPE_CHECKING:
     from .tri_mesh import TriMesh
+    from .view_mesh import Levels
 
 Mode = Literal["standard", "reference"]
 Progress = Callable[[str, float | None], None]
@@ -173,6 +175,7 @@ class Model:
         deviation: float | str | None = None,
         *,
         angle: float | None = None,
+        view: View | Camera | None = None,
         threads: int = 0,
         progress: Progress | None = None,
     ) -> TriMesh:
@@ -181,13 +184,47 @@ class Model:
         deviation: mm, or a text: "0.05mm", or "0.1%" of the diagonal of the model's bounds, which is the
             default, so that small and large parts look alike.
         angle: radians, the largest turn of the surface along a triangle's side; no limit by default.
+        view: a camera (or a view, for the picture of 512 x 512 px that ``render`` makes of it): the mesh is
+            as coarse as this picture allows, and covers what is in it. deviation is in pixels then, "0.3px"
+            by default. Parts that lie partly beyond the picture may end there, parts beyond it have no
+            triangles. Meshes are kept with the model, and used again while they are fine enough.
         threads: 0 for all cores; the mesh is the same for any number. progress: called with "mesh" and a
         fraction. A face that cannot be meshed exactly is named in ``TriMesh.issues``.
         Raises EmptyError when no face can be drawn, UsageError.
         """
         from .tri_mesh import tessellate
 
-        return tessellate(self, deviation, angle, threads, progress)
+        if view is None:
+            return tessellate(self, deviation, angle, threads, progress)
+        from .view_mesh import tessellate_view
+
+        camera = view if isinstance(view, Camera) else self.camera(view=view)
+        return tessellate_view(self, self._levels, deviation, angle, camera, threads, progress)
+
+    @cached_property
+    def _levels(self) -> Levels:
+        from .view_mesh import Levels
+
+        return Levels()
+
+    def camera(
+        self,
+        size: Sequence[int] | str = (512, 512),
+        *,
+        view: View = "iso",
+        projection: str = "orthographic",
+        up: str = "z",
+        zoom: float = 1.0,
+    ) -> Camera:
+        """The camera of the picture that ``render`` makes of these, enlarged zoom times about its centre.
+
+        Raises EmptyError when no face can be drawn, UsageError.
+        """
+        fitted = self._camera(parse_size(size), view, projection, up)
+        try:
+            return Camera(fitted if zoom == 1.0 else fitted.zoomed(float(zoom)))
+        except (_core.ArgumentError, TypeError, ValueError):
+            raise UsageError(f"zoom: {zoom!r} is not a number above 0") from None
 
     def cast(
         self,
@@ -252,7 +289,7 @@ class Model:
         self,
         size: Sequence[int] | str = (512, 512),
         *,
-        view: View = "iso",
+        view: View | Camera = "iso",
         projection: str = "orthographic",
         up: str = "z",
         samples: int = 4,
@@ -269,7 +306,8 @@ class Model:
         size: (width, height) in px. view: "iso", "front", "back", "left", "right", "top", "bottom", or
             (azimuth, elevation) in
             degrees: azimuth 0 is the front, 90 the right side. up: the model's axis that points up, "z",
-                "y", "x", "-z", ...
+                "y", "x", "-z", ...; or a camera from ``camera``, which then says size, up and projection,
+                too.
         projection: "orthographic" or "perspective" (30 degrees across the shorter side).
         samples: rays per pixel for the colour.
         background: a colour (name, "#rrggbb", 3 or 4 numbers in [0, 1]), two of them for a gradient from top
@@ -280,7 +318,10 @@ class Model:
         time_limit: seconds. progress: called with "hierarchy" or "trace" and a fraction or None.
         Raises EmptyError when no face can be drawn, TimeLimitError, UsageError.
         """
-        camera = self._camera(parse_size(size), view, projection, up)
+        if isinstance(view, Camera):
+            camera = view._core
+        else:
+            camera = self._camera(parse_size(size), view, projection, up)
         names, reference = parse_aovs(aovs), choose("mode", mode, MODES) == "reference"
         backdrop = np.array(parse_background(background), np.float32)
         count = parse_samples(samples)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING
 
@@ -61,7 +61,8 @@ class TriMesh:
     parameters of the face's surface at each corner. face, instance: (m,) int32, numbers in ``model.faces``
     and ``model.instances``. deviation: (m,) float64, mm, proven: no point of the triangle is farther from
     its surface, nor the other way round; inf where nothing is proven (see issues), 0 for faces that are
-    triangles themselves. issues: faces that could not be meshed as they are. asked: mm.
+    triangles themselves. issues: faces that could not be meshed as they are. asked: mm; nan of a mesh for a
+    camera, of which asked_px is the deviation asked for, in px.
     """
 
     vertices: Float64s
@@ -72,8 +73,9 @@ class TriMesh:
     deviation: Float64s
     issues: tuple[MeshIssue, ...]
     asked: float
+    asked_px: float | None
     _model: Model
-    _parts: dict[int, Part]  # by prototype: the mesh where the part itself stands
+    _pieces: tuple[Piece, ...]  # what the mesh is made of, in its order
 
     def __repr__(self) -> str:
         return f"<TriMesh: {len(self.triangles)} triangles, {len(self.vertices)} vertices>"
@@ -84,13 +86,14 @@ class TriMesh:
 
     def normals(self, threads: int = 0) -> Float64s:
         """(m, 3, 3) float64: the exact surface's outward unit normal at each corner."""
-        parts = {p: part.normals(self._model._core, threads) for p, part in self._parts.items()}
+        parts = {id(p.part): p.part for p in self._pieces}
+        known = {key: part.normals(self._model._core, threads) for key, part in parts.items()}
         placed = []
-        for instance in _placed(self._model):
-            normals = parts[instance.part] @ np.linalg.inv(instance.linear)
+        for piece in self._pieces:
+            normals = known[id(piece.part)] @ np.linalg.inv(piece.placed.linear)
             length = np.linalg.norm(normals, axis=-1, keepdims=True)
             normals /= np.where(length > 0.0, length, 1.0)
-            placed.append(normals[:, ::-1] if instance.mirrored else normals)
+            placed.append(normals[:, ::-1] if piece.placed.mirrored else normals)
         return np.concatenate(placed) if placed else np.empty((0, 3, 3))
 
     def save(self, path: str | os.PathLike[str] | IO[bytes], *, format: str | None = None) -> None:
@@ -143,14 +146,23 @@ class Placed:
         return float(np.linalg.norm(self.linear, 2))
 
 
-def _placed(model: Model) -> list[Placed]:
+@dataclass(frozen=True)
+class Piece:
+    """The mesh of an instance. part: shared by the instances that have the same one."""
+
+    instance: int
+    placed: Placed
+    part: Part
+
+
+def placed(model: Model) -> list[Placed]:
     parts = model._core.instance_prototypes().tolist()
     placements = model._core.instance_placements()
     return [Placed(p, m[:, :3], m[:, 3]) for p, m in zip(parts, placements, strict=True)]
 
 
 def parse_deviation(deviation: float | str | None) -> tuple[float, str]:
-    """(number, unit) with unit "mm" or "%": of 2, "2", "2mm", "2 %". Raises UsageError."""
+    """(number, unit) with unit "mm", "%" or "px": of 2, "2", "2mm", "2 %", "0.3px". Raises UsageError."""
     text = DEFAULT_DEVIATION if deviation is None else str(deviation).strip().lower()
     unit = next((u for u in ("mm", "%", "px") if text.endswith(u)), "")
     try:
@@ -158,9 +170,7 @@ def parse_deviation(deviation: float | str | None) -> tuple[float, str]:
     except ValueError:
         number = math.nan
     if not 0.0 < number < math.inf:
-        raise UsageError(f"deviation: '{deviation}' is not a positive length such as 0.05mm or 0.1%")
-    if unit == "px":
-        raise UsageError(f"deviation: '{deviation}': pixels need a camera, which a mesh does not have yet")
+        raise UsageError(f"deviation: '{deviation}' is not a positive length such as 0.05mm, 0.1% or 0.3px")
     return number, unit or "mm"
 
 
@@ -173,13 +183,15 @@ def tessellate(
 ) -> TriMesh:
     """Model.tessellate."""
     number, unit = parse_deviation(deviation)
+    if unit == "px":
+        raise UsageError(f"deviation: '{deviation}': pixels need a view")
     if angle is not None and not angle > 0.0:
         raise UsageError(f"angle: {angle} is not a positive angle")
     low, high = model.bounds  # raises when there is nothing to mesh
     asked = number if unit == "mm" else number / 100.0 * float(np.linalg.norm(high - low))
     if not asked > 0.0:
         raise UsageError("deviation: the model has no size to take a share of; give it in mm")
-    instances = _placed(model)
+    instances = placed(model)
     scales: dict[int, float] = {}
     for instance in instances:
         scales[instance.part] = max(scales.get(instance.part, 0.0), instance.scale)
@@ -197,44 +209,46 @@ def tessellate(
         )
         parts[part] = Part(*arrays)
         issues += [MeshIssue(face, reason) for face, reason in found]
-    return _place(model, parts, instances, tuple(sorted(issues, key=lambda i: i.face)), asked)
+    pieces = tuple(Piece(k, instance, parts[instance.part]) for k, instance in enumerate(instances))
+    return place(model, pieces, issues, asked)
 
 
-def _place(
+def place(
     model: Model,
-    parts: dict[int, Part],
-    instances: list[Placed],
-    issues: tuple[MeshIssue, ...],
+    pieces: tuple[Piece, ...],
+    issues: Iterable[MeshIssue],
     asked: float,
+    asked_px: float | None = None,
 ) -> TriMesh:
-    """Every instance's mesh at its place, in the order of their numbers; mirrored ones turned round."""
+    """Every instance's mesh at its place, in their order; mirrored ones turned round."""
     vertices: list[Float64s] = [np.empty((0, 3))]
     triangles: list[Int32s] = [np.empty((0, 3), np.int32)]
     uv: list[Float64s] = [np.empty((0, 3, 2))]
     count = 0
-    for instance in instances:
-        part = parts[instance.part]
+    for piece in pieces:
+        part = piece.part
         corners, corner_uv = part.triangles, part.corner_uv
-        if instance.mirrored:
+        if piece.placed.mirrored:
             corners, corner_uv = corners[:, ::-1], corner_uv[:, ::-1]
         if count + len(part.vertices) > np.iinfo(np.int32).max:
             raise UsageError("the mesh has too many vertices: ask for a larger deviation")
         triangles.append((corners + count).astype(np.int32))
-        vertices.append(part.vertices @ instance.linear.T + instance.shift)
+        vertices.append(part.vertices @ piece.placed.linear.T + piece.placed.shift)
         uv.append(corner_uv)
         count += len(part.vertices)
-    sizes = [len(parts[i.part].triangles) for i in instances]
-    faces = [np.empty(0, np.int32), *(parts[i.part].face for i in instances)]
-    deviations = [np.empty(0), *(parts[i.part].deviation * i.scale for i in instances)]
+    sizes = [len(p.part.triangles) for p in pieces]
+    faces = [np.empty(0, np.int32), *(p.part.face for p in pieces)]
+    deviations = [np.empty(0), *(p.part.deviation * p.placed.scale for p in pieces)]
     return TriMesh(
         vertices=np.ascontiguousarray(np.concatenate(vertices)),
         triangles=np.ascontiguousarray(np.concatenate(triangles)),
         corner_uv=np.ascontiguousarray(np.concatenate(uv)),
         face=np.concatenate(faces),
-        instance=np.repeat(np.arange(len(instances), dtype=np.int32), sizes),
+        instance=np.repeat(np.array([p.instance for p in pieces], np.int32), sizes),
         deviation=np.concatenate(deviations),
-        issues=issues,
+        issues=tuple(sorted(set(issues), key=lambda i: (i.face, i.reason))),
         asked=asked,
+        asked_px=asked_px,
         _model=model,
-        _parts=parts,
+        _pieces=pieces,
     )

@@ -6,6 +6,8 @@ import io
 import math
 from typing import TYPE_CHECKING, Any
 
+from trimray.tri_mesh import parse_deviation
+
 from .files import MESH, Job, plan
 from .jobs import run_jobs, tell_problems, write
 from .output import say
@@ -20,10 +22,15 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
     jobs = plan(inputs, options["output"], options["mesh_format"], MESH)
 
     def make(model: Model, job: Job, progress: Sink, start: float) -> int:
-        angle = options["angle"]
+        angle, camera = options["angle"], None
+        if parse_deviation(options["deviation"])[1] == "px":
+            camera = model.camera(
+                options["size"], view=options["view"], projection=options["projection"], up=options["up"]
+            )
         mesh = model.tessellate(
             options["deviation"],
             angle=None if angle is None else math.radians(angle),
+            view=camera,
             threads=options["jobs"],
             progress=progress,
         )
@@ -51,10 +58,11 @@ def _problems(model: Model, mesh: TriMesh) -> list[str]:
 
 def _summary(name: str, mesh: TriMesh) -> str:
     check = mesh.check()
+    asked = f"{mesh.asked:.3g} mm" if mesh.asked_px is None else f"{mesh.asked_px:g} px"
     proven = mesh.deviation[mesh.deviation < math.inf]
     worst = float(proven.max()) if len(proven) else 0.0
     return (
         f"{name}: {len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, within {worst:.3g} mm "
-        f"({mesh.asked:.3g} mm asked); {check.open_edges} open and {check.non_manifold_edges} non-manifold "
+        f"({asked} asked); {check.open_edges} open and {check.non_manifold_edges} non-manifold "
         f"edges, {check.degenerate_triangles} degenerate triangles"
     )

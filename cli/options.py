@@ -145,7 +145,13 @@ OPTIONS: tuple[Option, ...] = (
         commands=_WRITING,
     ),
     Option(
-        "size", ("--size",), "Picture size in pixels; one number is a square.", "W,H", "512,512", parse=_size
+        "size",
+        ("--size",),
+        "Picture size in pixels; one number is a square.",
+        "W,H",
+        "512,512",
+        parse=_size,
+        commands=_WRITING,
     ),
     Option(
         "view",
@@ -154,14 +160,24 @@ OPTIONS: tuple[Option, ...] = (
         "NAME|AZ,EL",
         "iso",
         parse=_view,
+        commands=_WRITING,
     ),
-    Option("up", ("--up",), "Axis of the model that points up: z, y, x, -z, -y, -x.", "AXIS", "z", parse=_up),
+    Option(
+        "up",
+        ("--up",),
+        "Axis of the model that points up: z, y, x, -z, -y, -x.",
+        "AXIS",
+        "z",
+        parse=_up,
+        commands=_WRITING,
+    ),
     Option(
         "projection",
         ("--projection",),
         "Parallel or central projection.",
         default="orthographic",
         choices=("orthographic", "perspective"),
+        commands=_WRITING,
     ),
     Option("samples", ("--samples",), "Rays per pixel.", "N", "4", parse=_samples),
     Option(
@@ -190,8 +206,9 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "deviation",
         ("--deviation",),
-        "Largest distance of the mesh from the exact surfaces: 0.05mm, or 0.1% of the model's diagonal.",
-        "MM|%",
+        "Largest distance of the mesh from the exact surfaces: 0.05mm, 0.1% of the model's diagonal, or "
+        "0.3px of the picture that --view, --size, --projection and --up make, for which alone the mesh is.",
+        "MM|%|PX",
         "0.1%",
         parse=_deviation,
         commands=("mesh",),

@@ -15,6 +15,7 @@ import trimray
 def test_exported_names() -> None:
     assert sorted(trimray.__all__) == [
         "AOVS",
+        "Camera",
         "EmptyError",
         "Error",
         "Face",

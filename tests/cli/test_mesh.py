@@ -38,6 +38,15 @@ def test_an_angle_makes_a_mesh_finer(run: Run, ball_file: Path) -> None:
     assert len(fine) > len(coarse) > 84
 
 
+def test_a_deviation_in_pixels_is_that_of_a_picture(run: Run, ball_file: Path) -> None:
+    view = ("--view", "top", "--projection", "perspective", "--up", "y")
+    small = run("mesh", ball_file, "-o", "-", "--deviation", "0.3px", "--size", "64", *view, "-v")
+    large = run("mesh", ball_file, "-o", "-", "--deviation", "0.3px", "--size", "640,480", *view)
+    assert (small.code, large.code) == (0, 0)
+    assert "(0.3 px asked); 0 open" in small.err
+    assert len(large.out) > 3 * len(small.out)
+
+
 def test_several_inputs_and_one_file_are_one_scene(
     run: Run, ball_file: Path, stand: Path, tmp_path: Path
 ) -> None:
