@@ -10,6 +10,13 @@ constexpr double kUneven = 6.0;
 
 }  // namespace
 
+CellMap::CellMap(const Box2& box) {
+  const double size = std::max(box.extent().x, box.extent().y);
+  if (!(size > 0.0)) return;
+  for (int d = 0; d < 2; ++d)
+    axis_[d].chart = {box.lower[d], box.lower[d] + size}, axis_[d].cells = {0.0, 1.0};
+}
+
 CellMap::CellMap(const CurvatureTree& tree, const Box2& box) {
   const dvec2 extent = box.extent();
   if (!(extent.x > 0.0 && extent.y > 0.0)) return;

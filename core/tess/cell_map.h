@@ -11,6 +11,8 @@ namespace trimray::tess {
 class CellMap {
  public:
   CellMap() = default;  // leaves all as it is
+  // Planes: one cell, as wide as high.
+  explicit CellMap(const Box2& box);
   CellMap(const CurvatureTree& tree, const Box2& box);
 
   // The same scale everywhere: straight lines stay straight.

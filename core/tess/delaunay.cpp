@@ -65,7 +65,8 @@ std::vector<std::pair<int, int>> crossing_pairs(const std::vector<dvec2>& points
   std::sort(spans.begin(), spans.end(),
             [](const Span& a, const Span& b) { return std::tie(a.x0, a.side) < std::tie(b.x0, b.side); });
   std::vector<std::pair<int, int>> pairs;
-  for (std::size_t i = 0; i < spans.size(); ++i)
+  constexpr std::size_t kEnough = 10000;  // of a hostile file's
+  for (std::size_t i = 0; i < spans.size() && pairs.size() < kEnough; ++i)
     for (std::size_t j = i + 1; j < spans.size() && spans[j].x0 <= spans[i].x1; ++j)
       if (spans[j].y0 <= spans[i].y1 && spans[i].y0 <= spans[j].y1 &&
           cross(points, sides[spans[i].side], sides[spans[j].side]))

@@ -20,6 +20,7 @@ constexpr double kShare = 0.9;
 // What a side may take of the tolerance in a face whose triangles have bounds of their own, which are wider
 // than it.
 constexpr double kSideShare = 0.75;
+constexpr int kMostSegments = 20000;
 constexpr double kWidestTurn = std::numbers::pi / 2;
 
 int piece_count(const Edge& edge) { return edge.degenerate ? 1 : std::max(1, edge.pieces.size()); }
@@ -201,7 +202,7 @@ class Density {
   // Samples between two corners, the first excluded, the last included.
   void fill(std::size_t begin, std::size_t end, std::vector<double>& at) const {
     const double total = cost_[end] - cost_[begin];
-    int count = std::max(1, static_cast<int>(std::ceil(std::min(total, 1e5) - 1e-6)));
+    int count = std::max(1, static_cast<int>(std::ceil(std::min(total, double(kMostSegments)) - 1e-6)));
     const bool closed = edge_.vertex[0] == edge_.vertex[1] && begin == 0 && end + 1 == place_.size();
     if (closed && !edge_.degenerate) count = std::max(count, 3);
     std::size_t i = begin;
@@ -244,6 +245,25 @@ double side_deviation(const EdgeUse& use, dvec2 a, dvec2 b) {
   return 0.125 * sum + (r.kinks > 0 ? r.kinks * size(r.kink) : 0.0);
 }
 
+// Where on the path between two places its p-curve crosses a kink of the surface; the middle if it crosses
+// none.
+double place_of_kink(const NurbsStore& store, const EdgeUse& use, double from, double to, dvec2 p, dvec2 q) {
+  const double middle = 0.5 * (from + to);
+  for (const int d : {0, 1}) {
+    const double kink = use.tree->kink_between(d, p[d], q[d]);
+    const double share = (kink - p[d]) / (q[d] - p[d]);
+    if (!(share > 0.02 && share < 0.98)) continue;
+    double lo = from, hi = to;
+    for (int step = 0; step < 50; ++step) {
+      const double at = 0.5 * (lo + hi);
+      const double x = use.chart->from_face(pcurve_point(store, store.coedges[use.coedge], at))[d];
+      ((x < kink) == (p[d] < kink) ? lo : hi) = at;
+    }
+    return lo > from && hi < to ? 0.5 * (lo + hi) : middle;
+  }
+  return middle;
+}
+
 }  // namespace
 
 dvec2 pcurve_point(const NurbsStore& store, const CoEdge& coedge, double at) {
@@ -283,48 +303,53 @@ dvec2 sample_in_chart(const NurbsStore& store, const Chart& chart, const CoEdge&
   return store.edges[coedge.edge].degenerate ? guess : chart.project(point, guess);
 }
 
-EdgePolyline make_polyline(const NurbsStore& store, const Edge& edge, const std::vector<EdgeUse>& uses,
-                           const EdgeLimits& limits) {
+EdgePolyline make_polyline(const NurbsStore& store, const Edge& edge, const dvec3 (&ends)[2],
+                           const std::vector<EdgeUse>& uses, const EdgeLimits& limits) {
   EdgePolyline line;
   line.at = Density(store, edge, uses, limits).samples();
   for (const double at : line.at) line.points.push_back(path_point(store, edge, at));
+  line.points.front() = ends[0], line.points.back() = ends[1];
   constexpr int kRounds = 20, kSideRounds = 6;
   for (int round = 0;; ++round) {
     line.deviation.resize(line.segments());
-    std::vector<int> failing;
+    std::vector<Cut> failing;
     for (int k = 0; k < line.segments(); ++k) {
       const dvec3 &a = line.points[k], &b = line.points[k + 1];
       line.deviation[k] = chord_deviation(store, edge, line.at[k], line.at[k + 1], a, b);
       Box3 box;
       box.add(a), box.add(b);
-      const double limit = limits.tolerance->at(box);
-      bool far = line.deviation[k] > std::max(limit, edge.band);
-      for (const EdgeUse& use : uses) {
-        if (far || use.tree == nullptr || round > kSideRounds) continue;
-        const CoEdge& coedge = store.coedges[use.coedge];
-        const auto p = [&](double at) { return use.chart->from_face(pcurve_point(store, coedge, at)); };
-        far = side_deviation(use, p(line.at[k]), p(line.at[k + 1])) > kSideShare * limit;
+      const double limit = limits.tolerance->at(box), middle = 0.5 * (line.at[k] + line.at[k + 1]);
+      if (line.deviation[k] > std::max(limit, edge.band)) {
+        failing.push_back({k, middle});
+        continue;
       }
-      if (far) failing.push_back(k);
+      for (const EdgeUse& use : uses) {
+        if (use.tree == nullptr || round >= kSideRounds) continue;
+        const CoEdge& coedge = store.coedges[use.coedge];
+        const dvec2 p = use.chart->from_face(pcurve_point(store, coedge, line.at[k])),
+                    q = use.chart->from_face(pcurve_point(store, coedge, line.at[k + 1]));
+        if (!(side_deviation(use, p, q) > kSideShare * limit)) continue;
+        failing.push_back({k, place_of_kink(store, use, line.at[k], line.at[k + 1], p, q)});
+        break;
+      }
     }
-    if (failing.empty() || round == kRounds) return line;
+    if (failing.empty() || round == kRounds || line.segments() > kMostSegments) return line;
     split_segments(store, edge, failing, line);
   }
 }
 
-void split_segments(const NurbsStore& store, const Edge& edge, const std::vector<int>& segments,
+void split_segments(const NurbsStore& store, const Edge& edge, const std::vector<Cut>& cuts,
                     EdgePolyline& line) {
   EdgePolyline out;
   std::size_t next = 0;
   for (int k = 0; k < line.segments(); ++k) {
     out.at.push_back(line.at[k]), out.points.push_back(line.points[k]);
-    if (next < segments.size() && segments[next] == k) {
-      const double middle = 0.5 * (line.at[k] + line.at[k + 1]);
-      const dvec3 p = path_point(store, edge, middle);
-      out.deviation.push_back(chord_deviation(store, edge, line.at[k], middle, line.points[k], p));
-      out.deviation.push_back(chord_deviation(store, edge, middle, line.at[k + 1], p, line.points[k + 1]));
-      out.at.push_back(middle), out.points.push_back(p);
-      ++next;
+    if (next < cuts.size() && cuts[next].first == k) {
+      const double at = cuts[next++].second;
+      const dvec3 p = path_point(store, edge, at);
+      out.deviation.push_back(chord_deviation(store, edge, line.at[k], at, line.points[k], p));
+      out.deviation.push_back(chord_deviation(store, edge, at, line.at[k + 1], p, line.points[k + 1]));
+      out.at.push_back(at), out.points.push_back(p);
     } else {
       out.deviation.push_back(k < static_cast<int>(line.deviation.size()) ? line.deviation[k] : 0.0);
     }

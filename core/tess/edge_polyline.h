@@ -1,6 +1,7 @@
 // Edges as polylines that all their faces share.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "core/nurbs/store.h"
@@ -31,13 +32,14 @@ struct EdgeLimits {
   double angle = kInf;  // rad
 };
 
-// As few samples as keep both the distance from the path and, in each face, the distance between the path and
-// the surface along the chart's chord within the tolerance.
-EdgePolyline make_polyline(const nurbs::NurbsStore& store, const nurbs::Edge& edge,
+// ends: where the vertices are put. As few samples as keep both the distance from the path and, in each face,
+// the distance between the path and the surface along the chart's chord within the tolerance.
+EdgePolyline make_polyline(const nurbs::NurbsStore& store, const nurbs::Edge& edge, const dvec3 (&ends)[2],
                            const std::vector<EdgeUse>& uses, const EdgeLimits& limits);
 
-// Halves the given segments (sorted, each once).
-void split_segments(const nurbs::NurbsStore& store, const nurbs::Edge& edge, const std::vector<int>& segments,
+// Cuts segments at places of the path: (segment, place), sorted, a segment once.
+using Cut = std::pair<int, double>;
+void split_segments(const nurbs::NurbsStore& store, const nurbs::Edge& edge, const std::vector<Cut>& cuts,
                     EdgePolyline& line);
 
 // Where a sample lies in a face's chart: the foot of its point near the p-curve's point at the same

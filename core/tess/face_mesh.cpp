@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "core/tess/cell_map.h"
 #include "core/tess/delaunay.h"
@@ -19,6 +20,7 @@ namespace {
 constexpr int kRounds = 24;
 constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with it the triangle can be within
 constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less are not to blame
+constexpr double kFlat = 0.3;  // of the tolerance: flatter triangles only get flatter by halving short sides
 constexpr std::size_t kMaxPoints = 4'000'000;
 
 // Of a few indices.
@@ -42,8 +44,8 @@ class FaceMesher {
   FaceMesh run(const FaceHints& hints) {
     out_.own_vertices = polygon_.own_vertices;
     if (polygon_.loops.empty()) return std::move(out_);  // smaller than its edges' tolerances
+    cells_ = tree_ != nullptr ? CellMap(*tree_, polygon_.box) : CellMap(polygon_.box);
     add_boundary();
-    if (tree_) cells_ = CellMap(*tree_, polygon_.box);
     if (tree_)
       for (const dvec2 p : inner_points(*tree_, polygon_)) add_inner(p);
     for (const dvec2 p : hints.points) add_inner(p);
@@ -94,6 +96,7 @@ class FaceMesher {
     }
     const auto [at, fresh] = known_.try_emplace({b.p.x, b.p.y}, static_cast<int>(points_.size()));
     if (fresh) {
+      taken_.insert(place_in_cells(b.p));
       nodes.push_back(at->second);
       add_node(b.p, b.place, b.vertex);
     }
@@ -115,8 +118,15 @@ class FaceMesher {
     points_.push_back(n);
   }
 
+  // Points nearer than this would make degenerate triangles, and prove nothing.
+  std::array<int, 2> place_in_cells(dvec2 p) const {
+    constexpr double kNear = 1e-3;  // of a cell
+    const dvec2 c = glm::clamp(cells_.to_cells(p) / kNear, dvec2(-1e9), dvec2(1e9));
+    return {static_cast<int>(std::lround(c.x)), static_cast<int>(std::lround(c.y))};
+  }
+
   void add_inner(dvec2 p) {
-    if (!known_.try_emplace({p.x, p.y}, static_cast<int>(points_.size())).second) return;
+    if (!taken_.insert(place_in_cells(p)).second) return;
     added_.push_back(p);
     const dvec3 place = chart_.point(p);
     out_.own_vertices.push_back(place);
@@ -145,9 +155,9 @@ class FaceMesher {
   }
 
   bool degenerate(const std::array<int, 3>& t) const {
-    constexpr double kFlat = 1e-9;
+    constexpr double kNoHeight = 1e-9;
     const LongestSide side = longest_side(t);
-    return !collapsed(t) && side.height <= kFlat * side.length;
+    return !collapsed(t) && side.height <= kNoHeight * side.length;
   }
 
   // Three places on a line of space need not lie on a line of the chart: two on a ruling and the apex. The
@@ -238,15 +248,31 @@ class FaceMesher {
     bounds_.clear();
     out_.split.clear(), out_.failure.clear();
     for (const auto& t : triangles_) bounds_.push_back(known_bound(t));
-    std::vector<std::array<int, 2>> halve;
+    std::vector<std::array<int, 3>> failing;
     for (std::size_t i = 0; i < triangles_.size(); ++i)
-      if (too_far(i)) improve(triangles_[i], limit_of(triangles_[i]), halve);
+      if (too_far(i)) failing.push_back(triangles_[i]);
+    std::vector<std::array<int, 2>> halve;
+    for (const auto& t : failing) improve(t, limit_of(t), halve);
     std::sort(halve.begin(), halve.end());
     halve.erase(std::unique(halve.begin(), halve.end()), halve.end());
+    const std::size_t before = points_.size();
     for (const auto& s : halve) add_inner(parting(points_[s[0]].p, points_[s[1]].p));
+    // Where the right places are taken: any other.
+    if (points_.size() == before && out_.split.empty())
+      for (const auto& t : failing)
+        add_inner(cells_.to_chart((cells_.to_cells(points_[t[0]].p) + cells_.to_cells(points_[t[1]].p) +
+                                   cells_.to_cells(points_[t[2]].p)) /
+                                  3.0));
+    if (points_.size() == before && out_.split.empty())
+      for (const auto& t : failing)
+        for (int k = 0; k < 3; ++k) {
+          const auto side = boundary_.find(ordered(t[k], t[(k + 1) % 3]));
+          if (side != boundary_.end() && side_edge_[side->second][0] >= 0)
+            out_.split.push_back(side_edge_[side->second]);
+        }
     // Edges that must be finer change the boundary: then all begins again, with the inner points found so
     // far.
-    if (out_.split.empty()) return !halve.empty();
+    if (out_.split.empty()) return points_.size() > before;
     out_.failure = "an edge must be finer";
     out_.found = std::move(added_);
     return false;
@@ -255,14 +281,24 @@ class FaceMesher {
   // Where to halve a side: at a kink that it crosses, else in the middle of its cells.
   dvec2 parting(dvec2 a, dvec2 b) const {
     for (const int d : {0, 1}) {
-      const double x = tree_ != nullptr ? tree_->kink_between(d, a[d], b[d]) : kNaN;
-      const double t = (x - a[d]) / (b[d] - a[d]);
-      if (!(t > 0.02 && t < 0.98)) continue;
+      const double t = kink_share(d, a, b);
+      if (!(t > 0.0)) continue;
       dvec2 p = a + t * (b - a);
-      p[d] = x;
+      p[d] = tree_->kink_between(d, a[d], b[d]);
       return p;
     }
     return cells_.to_chart(0.5 * (cells_.to_cells(a) + cells_.to_cells(b)));
+  }
+
+  bool crosses_kink(int a, int b) const {
+    return kink_share(0, points_[a].p, points_[b].p) > 0.0 || kink_share(1, points_[a].p, points_[b].p) > 0.0;
+  }
+
+  // How far along from a to b a kink in direction d lies; 0 when there is none well inside.
+  double kink_share(int d, dvec2 a, dvec2 b) const {
+    const double x = tree_ != nullptr ? tree_->kink_between(d, a[d], b[d]) : kNaN;
+    const double t = (x - a[d]) / (b[d] - a[d]);
+    return t > 0.02 && t < 0.98 ? t : 0.0;
   }
 
   double limit_of(const std::array<int, 3>& t) const {
@@ -310,7 +346,14 @@ class FaceMesher {
   void improve(const std::array<int, 3>& t, double limit, std::vector<std::array<int, 2>>& halve) {
     const TriangleBound b = bound(t);
     const std::array<int, 2> longest = longest_side(t).ends;
-    const bool shape = std::max(b.side[0], std::max(b.side[1], b.side[2])) <= kMuch * limit;
+    const bool shape = std::max(b.side[0], std::max(b.side[1], b.side[2])) <= kMuch * limit ||
+                       longest_side(t).height <= kFlat * limit;
+    if (shape)
+      for (int k = 0; k < 3; ++k)
+        if (crosses_kink(t[k], t[(k + 1) % 3]) && !boundary_.count(ordered(t[k], t[(k + 1) % 3]))) {
+          halve.push_back(ordered(t[k], t[(k + 1) % 3]));
+          return;
+        }
     int worst = -1;
     for (int k = 0; k < 3; ++k) {
       const std::array<int, 2> ends = ordered(t[k], t[(k + 1) % 3]);
@@ -358,7 +401,8 @@ class FaceMesher {
   const FacePolygon& polygon_;
   const EdgeLimits& limits_;
   CellMap cells_;
-  std::map<std::array<double, 2>, int> known_;      // places in the chart
+  std::map<std::array<double, 2>, int> known_;  // places in the chart
+  std::unordered_set<std::array<int, 2>, IndexHash> taken_;
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   std::vector<Node> points_;
   std::vector<dvec2> added_;  // by refinement

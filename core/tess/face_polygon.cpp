@@ -29,7 +29,7 @@ class PolygonBuilder {
     std::vector<Stretch> stretches;
     for (std::int32_t c = loop.coedges.begin; c < loop.coedges.end; ++c) {
       const CoEdge& coedge = store_.coedges[c];
-      if (wireframe_.polyline(coedge.edge).at.empty()) continue;  // shorter than its tolerance
+      if (wireframe_.polyline(coedge.edge).at.empty()) continue;  // no length to speak of
       stretches.push_back({points.size(), 0, store_.edges[coedge.edge].degenerate});
       add_coedge(coedge, points);
       stretches.back().last = points.size() - 1;
@@ -155,7 +155,8 @@ class NaturalBorder {
     double total = 0.0;
     for (int i = 0; i < kAtoms; ++i) {
       double most = 0.0;
-      for (const auto& [from, to] : {std::pair{a, b}, std::pair{c, d}}) {
+      for (const auto& ends : {std::pair{a, b}, std::pair{c, d}}) {
+        const dvec2 from = ends.first, to = ends.second;
         const auto at = [&](double t) { return chart_.at(from + t * (to - from)); };
         const nurbs::SurfacePoint x = at(double(i) / kAtoms), m = at((i + 0.5) / kAtoms),
                                   y = at((i + 1.0) / kAtoms);

@@ -95,7 +95,7 @@ class Tessellator {
     wireframe_.vertex_begin = prototype_.vertices.begin, wireframe_.edge_begin = prototype_.edges.begin;
     wireframe_.one.resize(prototype_.vertices.size());
     std::iota(wireframe_.one.begin(), wireframe_.one.end(), prototype_.vertices.begin);
-    const double least = 1e-9 * prototype_.bounds.diagonal();
+    const double least = 1e-7 * prototype_.bounds.diagonal();
     for (std::int32_t i = 0; i < prototype_.faces.size(); ++i) {
       if (!charts_[i]) continue;
       const nurbs::Range& loops = face(i).loops;
@@ -108,16 +108,20 @@ class Tessellator {
           const std::int32_t v = from.vertex[a.reversed ? 0 : 1], w = to.vertex[b.reversed ? 1 : 0];
           if (v == w) continue;
           const nurbs::Vertex &p = store_.vertices[v], &q = store_.vertices[w];
-          const double reach = std::max({least, from.band, to.band, p.tolerance, q.tolerance});
-          if (glm::distance(p.point, q.point) <= 2.0 * reach) unite(v, w);
+          // Not so far that an edge between them would be swallowed.
+          const double short_edge = 0.25 * std::min(from.degenerate ? kInf : length_bound(from),
+                                                    to.degenerate ? kInf : length_bound(to));
+          const double reach =
+              std::min(2.0 * std::max({from.band, to.band, p.tolerance, q.tolerance}), short_edge);
+          if (glm::distance(p.point, q.point) <= std::max(least, reach)) unite(v, w);
         }
       }
     }
-    // An edge shorter than its own tolerance is a point.
+    // An edge that has no length to speak of is a point.
     point_edges_.assign(prototype_.edges.size(), false);
     for (std::int32_t e = prototype_.edges.begin; e < prototype_.edges.end; ++e) {
       const Edge& edge = store_.edges[e];
-      if (edge.degenerate || length_bound(edge) > 2.0 * std::max(least, edge.band)) continue;
+      if (edge.degenerate || length_bound(edge) > least) continue;
       point_edges_[e - prototype_.edges.begin] = true;
       unite(edge.vertex[0], edge.vertex[1]);
     }
@@ -160,12 +164,12 @@ class Tessellator {
           uses.push_back({charts_[f].get(), bounded ? trees_[f].get() : nullptr, c});
         }
         if (uses.empty() || point_edges_[i]) continue;
-        EdgePolyline& line = wireframe_.polylines[i];
-        line = make_polyline(store_, edge, uses, limits_);
         // Vertices that are one stand at one place.
-        for (const int k : {0, 1})
-          line.points[k == 0 ? 0 : line.points.size() - 1] =
-              store_.vertices[wireframe_.one[edge.vertex[k] - wireframe_.vertex_begin]].point;
+        const auto place = [&](std::int32_t v) {
+          return store_.vertices[wireframe_.one[v - wireframe_.vertex_begin]].point;
+        };
+        const dvec3 ends[2] = {place(edge.vertex[0]), place(edge.vertex[1])};
+        wireframe_.polylines[i] = make_polyline(store_, edge, ends, uses, limits_);
       }
     });
   }
@@ -196,10 +200,14 @@ class Tessellator {
     split.erase(std::unique(split.begin(), split.end()), split.end());
     for (std::size_t i = 0; i < split.size();) {
       const std::int32_t e = split[i][0];
-      std::vector<int> segments;
-      for (; i < split.size() && split[i][0] == e; ++i) segments.push_back(split[i][1]);
+      EdgePolyline& line = wireframe_.polylines[e - wireframe_.edge_begin];
+      std::vector<Cut> cuts;
+      for (; i < split.size() && split[i][0] == e; ++i) {
+        const int k = split[i][1];
+        cuts.push_back({k, 0.5 * (line.at[k] + line.at[k + 1])});
+      }
       const Edge& edge = store_.edges[e];
-      split_segments(store_, edge, segments, wireframe_.polylines[e - wireframe_.edge_begin]);
+      split_segments(store_, edge, cuts, line);
       for (std::int32_t k = edge.coedges.begin; k < edge.coedges.end; ++k)
         again[store_.coedges[store_.edge_coedges[k]].face - prototype_.faces.begin] = true;
     }
