@@ -154,10 +154,11 @@ ViewMeshes MeshLevels::meshes(const view::Camera& camera, double deviation_px, i
       k->tolerance = quantized(wish.tolerance);
       if (!wish.whole) {
         k->instance = wish.instance;
+        // Views that this mesh serves may have a larger deviation, and with it a wider rim.
         const double longer = std::max(camera.width_px, camera.height_px);
         const ViewLimits wider{.deviation_px = deviation_px * (k->tolerance / wish.tolerance),
                                .near = near_,
-                               .guard_px = deviation_px + options_.guard * longer};
+                               .guard_px = kFiner * deviation_px + options_.guard * longer};
         k->view = std::make_unique<ViewTolerance>(camera, wider, store_->instances[wish.instance].placement);
       }
       fresh.push_back(k), kept_[wish.prototype].push_back(k);
