@@ -1,5 +1,5 @@
 """Speed and memory of each stage, model by model, and of a cached second render; `scripts/bench mesh`: the
-tessellator beside BRepMesh (mesh.py).
+tessellator beside BRepMesh (mesh.py); `scripts/bench levels`: meshes for a view (levels.py).
 
 Every figure is a median of --repeat runs in this process or, for memory and the second render, of whole
 processes. Rays are primary rays of the orthographic iso view at 1024 x 1024, background included, one
@@ -24,7 +24,7 @@ import numpy as np
 import trimray
 from trimray import _core
 
-from . import mesh
+from . import levels, mesh
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = Path(os.environ.get("TRIMRAY_MODELS", ROOT.parent / "shared" / "models"))
@@ -145,18 +145,25 @@ def main() -> int:
         default=mesh.DEVIATIONS,
         help="of meshes, parts of the diagonal",
     )
+    parser.add_argument("--sizes", type=int, nargs="+", default=levels.SIZES, help="of pictures, px")
+    parser.add_argument("--zooms", type=float, nargs="+", default=levels.ZOOMS)
+    parser.add_argument("--pixels", type=float, nargs="+", default=levels.PIXELS, help="deviations, px")
     parser.add_argument("--time-limit", type=float, default=300.0, help="seconds for BRepMesh's child")
     arguments = sys.argv[1:]
-    of_meshes = arguments[:1] == ["mesh"]
-    args = parser.parse_args(arguments[of_meshes:])
-    files = args.files or [MODELS / name for name in (mesh.SET if of_meshes else SET)]
+    table = arguments[0] if arguments[:1] in (["mesh"], ["levels"]) else ""
+    args = parser.parse_args(arguments[bool(table) :])
+    default = {"mesh": mesh.SET, "levels": levels.SET}.get(table, SET)
+    files = args.files or [MODELS / name for name in default]
     files = [f for f in files if f.is_file()]
     if not files:
         print(f"no models in {MODELS}; set TRIMRAY_MODELS or name files", file=sys.stderr)
         return 2
     print(f"trimray {trimray.__version__}, {os.cpu_count()} cores\n")
-    if of_meshes:
+    if table == "mesh":
         mesh.table(files, list(args.deviations), args.repeat or 5, args.time_limit)
+        return 0
+    if table == "levels":
+        levels.table(files, args.sizes, args.zooms, args.pixels, args.repeat or 3)
         return 0
     import_table(files, args.repeat or 3)
     if not args.skip_processes:
