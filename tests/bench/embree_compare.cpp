@@ -83,7 +83,7 @@ struct Tester {
     const trace::PrototypeScene& scene = *leaves[leaf].prototype;
     const trace::ScenePrimitive& p = scene.primitives[leaves[leaf].primitive];
     tests += std::popcount(rays);
-    if (p.closed)
+    if (p.kind == trace::PrimitiveKind::kClosed)
       closed(scene, p, rays);
     else
       patch(scene, p, rays);
@@ -197,9 +197,11 @@ int run(const bench::Options& options) {
   for (const auto& prototype : scene.prototypes)
     for (std::size_t i = 0; i < prototype->primitives.size(); ++i) {
       const trace::ScenePrimitive& p = prototype->primitives[i];
+      if (p.kind == trace::PrimitiveKind::kTriangles) continue;  // surfaces are compared
       bench.tester.leaves.push_back({prototype.get(), static_cast<std::int32_t>(i)});
-      boxes.push_back(p.closed ? prototype->closed_leaves[p.leaf].box
-                               : prototype->patches.leaves()[p.leaf].box);
+      const bool closed = p.kind == trace::PrimitiveKind::kClosed;
+      boxes.push_back(closed ? prototype->closed_leaves[p.leaf].box
+                             : prototype->patches.leaves()[p.leaf].box);
     }
   double start = bench::cpu_seconds();
   bench.bvh = trace::build_bvh(boxes);
