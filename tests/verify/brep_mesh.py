@@ -47,6 +47,12 @@ class BrepMeshes:
     missing: int  # faces without triangles
 
 
+def _limit_memory() -> None:
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    limit = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
 def brep_meshes(file: Path, deflections: list[float], time_limit: float) -> list[BrepMeshes | str]:
     """BRepMesh of the file's prototypes at each deflection (mm), or why there is none."""
     with tempfile.TemporaryDirectory() as folder:
@@ -58,7 +64,7 @@ def brep_meshes(file: Path, deflections: list[float], time_limit: float) -> list
                 capture_output=True,
                 text=True,
                 check=False,
-                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
+                preexec_fn=_limit_memory,
                 cwd=Path(__file__).resolve().parents[2],
             )
             lines = done.stderr.strip().splitlines()
