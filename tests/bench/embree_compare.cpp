@@ -83,7 +83,7 @@ struct Tester {
     const trace::PrototypeScene& scene = *leaves[leaf].prototype;
     const trace::ScenePrimitive& p = scene.primitives[leaves[leaf].primitive];
     tests += std::popcount(rays);
-    if (p.kind == trace::PrimitiveKind::kClosed)
+    if (p.kind == trace::PrimitiveKind::kClosedForm)
       closed(scene, p, rays);
     else
       patch(scene, p, rays);
@@ -199,7 +199,7 @@ int run(const bench::Options& options) {
       const trace::ScenePrimitive& p = prototype->primitives[i];
       if (p.kind == trace::PrimitiveKind::kTriangles) continue;  // surfaces are compared
       bench.tester.leaves.push_back({prototype.get(), static_cast<std::int32_t>(i)});
-      const bool closed = p.kind == trace::PrimitiveKind::kClosed;
+      const bool closed = p.kind == trace::PrimitiveKind::kClosedForm;
       boxes.push_back(closed ? prototype->closed_leaves[p.leaf].box
                              : prototype->patches.leaves()[p.leaf].box);
     }
