@@ -90,22 +90,31 @@ dvec2 Chart::project_closed_form(const dvec3& point, dvec2 guess) const {
   return r;
 }
 
-// Gauss-Newton: the points are within an edge's tolerance of the surface, so that it converges fast.
+// Gauss-Newton: the points are within an edge's tolerance of the surface, so that it converges fast. A step
+// that leads away, over a kink, is taken in part.
 dvec2 Chart::project_newton(const dvec3& point, dvec2 guess) const {
-  constexpr int kSteps = 12;
-  dvec2 best = guess, p = guess;
+  constexpr int kSteps = 40;
+  dvec2 best = guess, move(0.0);
   double least = kInf;
   for (int step = 0; step < kSteps; ++step) {
+    const dvec2 p = best + move;
     const SurfacePoint s = at(p);
     const dvec3 gap = point - s.p;
     const double distance = glm::dot(gap, gap);
-    if (!(distance < least)) break;
-    best = p, least = distance;
     const double a = glm::dot(s.du, s.du), b = glm::dot(s.du, s.dv), c = glm::dot(s.dv, s.dv);
-    const double f = glm::dot(s.du, gap), g = glm::dot(s.dv, gap);
     const double size_u = a * extent_.x * extent_.x, size_v = c * extent_.y * extent_.y;
+    const auto small = [&] {
+      return !(a * move.x * move.x + c * move.y * move.y > 1e-28 * (size_u + size_v));
+    };
+    if (step > 0 && !(distance < least)) {
+      move *= 0.25;
+      if (small()) break;
+      continue;
+    }
+    best = p, least = distance;
+    const double f = glm::dot(s.du, gap), g = glm::dot(s.dv, gap);
     constexpr double kCollapsed = 1e-14;
-    dvec2 move(0.0);
+    move = dvec2(0.0);
     if (size_u <= kCollapsed * size_v) {
       if (c > 0.0) move.y = g / c;
     } else if (size_v <= kCollapsed * size_u) {
@@ -117,9 +126,8 @@ dvec2 Chart::project_newton(const dvec3& point, dvec2 guess) const {
       else
         move = {0.5 * f / a, 0.5 * g / c};
     }
-    const double length2 = a * move.x * move.x + c * move.y * move.y;
-    if (!(length2 > 1e-28 * (size_u + size_v))) break;
-    p += glm::clamp(move, -0.1 * extent_, 0.1 * extent_);
+    move = glm::clamp(move, -0.1 * extent_, 0.1 * extent_);
+    if (small()) break;
   }
   return best;
 }

@@ -65,7 +65,7 @@ struct CurvatureTree::Builder {
 
   // Inner points stand in staggered rows, whose triangles are nearly equilateral: these deviate by three
   // quarters of what half a cell would.
-  static constexpr double kGridShare = 1.05;
+  static constexpr double kGridShare = 1.8;
   static constexpr int kMaxDepth = 24;
   static constexpr int kMaxCells = 4096;  // of a leaf, in one direction
 

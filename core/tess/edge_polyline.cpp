@@ -20,7 +20,6 @@ constexpr double kShare = 0.9;
 // What a side may take of the tolerance in a face whose triangles have bounds of their own, which are wider
 // than it.
 constexpr double kSideShare = 0.75;
-constexpr int kMostSegments = 20000;
 constexpr double kWidestTurn = std::numbers::pi / 2;
 
 int piece_count(const Edge& edge) { return edge.degenerate ? 1 : std::max(1, edge.pieces.size()); }

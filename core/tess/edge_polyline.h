@@ -11,6 +11,9 @@
 
 namespace trimray::tess {
 
+// A hostile file must not fill the memory.
+inline constexpr int kMostSegments = 20000;
+
 // Of one edge. Samples run along the edge's path; the first and last are its vertices. A degenerate edge's
 // samples all are its vertex.
 struct EdgePolyline {

@@ -8,6 +8,7 @@
 
 #include "core/tess/cell_map.h"
 #include "core/tess/delaunay.h"
+#include "core/tess/half_edge.h"
 #include "core/tess/inner_points.h"
 #include "core/tess/triangle_bound.h"
 
@@ -17,11 +18,11 @@ using nurbs::NurbsStore;
 
 namespace {
 
-constexpr int kRounds = 24;
+constexpr int kRounds = 24, kPatience = 4, kCrossings = 8;
 constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with it the triangle can be within
 constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less are not to blame
 constexpr double kFlat = 0.3;  // of the tolerance: flatter triangles only get flatter by halving short sides
-constexpr std::size_t kMaxPoints = 4'000'000;
+constexpr std::size_t kMaxPoints = 1'000'000;
 
 // Of a few indices.
 struct IndexHash {
@@ -43,6 +44,7 @@ class FaceMesher {
 
   FaceMesh run(const FaceHints& hints) {
     out_.own_vertices = polygon_.own_vertices;
+    crossings_ = hints.crossings;
     if (polygon_.loops.empty()) return std::move(out_);  // smaller than its edges' tolerances
     cells_ = tree_ != nullptr ? CellMap(*tree_, polygon_.box) : CellMap(polygon_.box);
     add_boundary();
@@ -50,7 +52,7 @@ class FaceMesher {
       for (const dvec2 p : inner_points(*tree_, polygon_)) add_inner(p);
     for (const dvec2 p : hints.points) add_inner(p);
     added_.clear();
-    for (int round = 0; round < kRounds; ++round) {
+    for (round_ = 0; round_ < kRounds; ++round_) {
       if (!triangulate()) return std::move(out_);
       if (some_turned()) {
         cells_.make_even();
@@ -125,12 +127,23 @@ class FaceMesher {
     return {static_cast<int>(std::lround(c.x)), static_cast<int>(std::lround(c.y))};
   }
 
+  // A torus whose tube touches its axis has one place there for a whole line of the chart.
+  VertexKey own_vertex(const dvec3& place) {
+    const nurbs::Surface& f = chart_.surface();
+    if (f.kind == nurbs::SurfaceKind::kTorus && glm::distance(place, f.location) <= 1e-9 * f.r1) {
+      if (axis_vertex_ < 0) return axis_vertex_;
+      out_.own_vertices.push_back(place);
+      return axis_vertex_ = -static_cast<VertexKey>(out_.own_vertices.size());
+    }
+    out_.own_vertices.push_back(place);
+    return -static_cast<VertexKey>(out_.own_vertices.size());
+  }
+
   void add_inner(dvec2 p) {
     if (!taken_.insert(place_in_cells(p)).second) return;
     added_.push_back(p);
     const dvec3 place = chart_.point(p);
-    out_.own_vertices.push_back(place);
-    add_node(p, place, -static_cast<VertexKey>(out_.own_vertices.size()));
+    add_node(p, place, own_vertex(place));
   }
 
   bool triangulate() {
@@ -142,11 +155,17 @@ class FaceMesher {
       flip_degenerate();
       return true;
     }
-    for (const auto& [s, t] : result.crossings)
-      for (const int side : {s, t})
-        if (side_edge_[side][0] >= 0) out_.split.push_back(side_edge_[side]);
+    // Sides that cross because they are coarse do so no more when they are halved some times; others for
+    // ever.
+    out_.crossed = result.outcome == Delaunay::Outcome::kCrossing;
+    if (crossings_ < kCrossings)
+      for (const auto& [s, t] : result.crossings) {
+        const bool straight = side_deviation_[s] <= 0.0 && side_deviation_[t] <= 0.0;
+        for (const int side : {s, t})
+          if (side_edge_[side][0] >= 0 && !straight) out_.split.push_back(side_edge_[side]);
+      }
     // Edges so short that they are one segment each may enclose nothing.
-    if (result.outcome == Delaunay::Outcome::kFailed)
+    if (result.outcome == Delaunay::Outcome::kFailed && crossings_ < kCrossings)
       for (const auto& edge : side_edge_)
         if (edge[0] >= 0) out_.split.push_back(edge);
     out_.failure = result.outcome == Delaunay::Outcome::kCrossing ? "its loops cross or touch"
@@ -248,11 +267,10 @@ class FaceMesher {
     bounds_.clear();
     out_.split.clear(), out_.failure.clear();
     for (const auto& t : triangles_) bounds_.push_back(known_bound(t));
-    std::vector<std::array<int, 3>> failing;
-    for (std::size_t i = 0; i < triangles_.size(); ++i)
-      if (too_far(i)) failing.push_back(triangles_[i]);
+    std::vector<std::array<int, 3>> failing = find_failing();
+    if (!failing.empty() && flip_sides()) failing = find_failing();
     std::vector<std::array<int, 2>> halve;
-    for (const auto& t : failing) improve(t, limit_of(t), halve);
+    for (const auto& t : failing) refine_triangle(t, limit_of(t), halve);
     std::sort(halve.begin(), halve.end());
     halve.erase(std::unique(halve.begin(), halve.end()), halve.end());
     const std::size_t before = points_.size();
@@ -276,6 +294,42 @@ class FaceMesher {
     out_.failure = "an edge must be finer";
     out_.found = std::move(added_);
     return false;
+  }
+
+  std::vector<std::array<int, 3>> find_failing() const {
+    std::vector<std::array<int, 3>> failing;
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      if (too_far(i)) failing.push_back(triangles_[i]);
+    return failing;
+  }
+
+  // Better diagonals before new points. False when nothing changed.
+  bool flip_sides() {
+    if (boundary_.size() != sides_.size()) return false;  // a slit, which is no side to flip
+    TriMesh mesh;
+    std::vector<std::size_t> kept;
+    for (const Node& n : points_) mesh.vertices.push_back(n.surface);
+    double most = 0.0;
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const auto& t = triangles_[i];
+      if (collapsed(t)) continue;
+      kept.push_back(i);
+      mesh.triangles.push_back({t[0], t[1], t[2]});
+      mesh.corner_uv.push_back({points_[t[0]].p, points_[t[1]].p, points_[t[2]].p});
+      mesh.face.push_back(0);
+      mesh.deviation.push_back(bounds_[i]);
+      most = std::max(most, limit_of(t));
+    }
+    const auto proof = [&](std::int32_t, const std::array<dvec2, 3>& p, const std::array<dvec3, 3>& s) {
+      return bound_triangle(chart_, tree_, p.data(), s.data(), most).deviation;
+    };
+    if (limits_.angle < kInf || improve(mesh, proof, most) == 0) return false;
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      const auto& t = mesh.triangles[k];
+      triangles_[kept[k]] = {t[0], t[1], t[2]};
+      bounds_[kept[k]] = mesh.deviation[k];
+    }
+    return true;
   }
 
   // Where to halve a side: at a kink that it crosses, else in the middle of its cells.
@@ -343,12 +397,11 @@ class FaceMesher {
 
   // Halves the side that deviates most, or where none does much the longest one: then the shape is to blame.
   // Sides on edges are the neighbours' too, and are halved only when they must be.
-  void improve(const std::array<int, 3>& t, double limit, std::vector<std::array<int, 2>>& halve) {
+  void refine_triangle(const std::array<int, 3>& t, double limit, std::vector<std::array<int, 2>>& halve) {
     const TriangleBound b = bound(t);
     const std::array<int, 2> longest = longest_side(t).ends;
-    const bool shape = std::max(b.side[0], std::max(b.side[1], b.side[2])) <= kMuch * limit ||
-                       longest_side(t).height <= kFlat * limit;
-    if (shape)
+    const bool shape = worst_of(b) <= kMuch * limit || longest_side(t).height <= kFlat * limit;
+    if (shape || b.kinks > kFlat * limit)
       for (int k = 0; k < 3; ++k)
         if (crosses_kink(t[k], t[(k + 1) % 3]) && !boundary_.count(ordered(t[k], t[(k + 1) % 3]))) {
           halve.push_back(ordered(t[k], t[(k + 1) % 3]));
@@ -360,7 +413,9 @@ class FaceMesher {
       const auto side = boundary_.find(ends);
       if (side != boundary_.end()) {
         const auto& edge = side_edge_[side->second];
-        if (edge[0] < 0 || !(shape ? ends == longest : b.side[k] > kSideShare * limit)) continue;
+        // After some rounds halving the others has not helped.
+        const bool stubborn = round_ >= kPatience && b.side[k] >= worst_of(b);
+        if (edge[0] < 0 || !(shape ? ends == longest : stubborn || b.side[k] > kSideShare * limit)) continue;
         out_.split.push_back(edge);
         return;
       }
@@ -373,9 +428,15 @@ class FaceMesher {
     if (worst >= 0) halve.push_back(ordered(t[worst], t[(worst + 1) % 3]));
   }
 
+  static double worst_of(const TriangleBound& b) {
+    return std::max(b.side[0], std::max(b.side[1], b.side[2]));
+  }
+
   static std::array<int, 2> ordered(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
   void take() {
+    const bool proven = chart_.surface().kind != nurbs::SurfaceKind::kOffset;
+    if (!proven) out_.failure = "an offset surface: its deviation is estimated, not proven";
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
       const auto& t = triangles_[i];
       if (collapsed(t)) continue;
@@ -384,7 +445,7 @@ class FaceMesher {
       out_.triangles.push_back({points_[k[0]].vertex, points_[k[1]].vertex, points_[k[2]].vertex});
       out_.corner_uv.push_back({chart_.to_face(points_[k[0]].p), chart_.to_face(points_[k[1]].p),
                                 chart_.to_face(points_[k[2]].p)});
-      double deviation = bounds_[i] + corner_gap(t);
+      double deviation = proven ? bounds_[i] + corner_gap(t) : kInf;
       for (int j = 0; j < 3; ++j) {
         const auto side = boundary_.find(ordered(t[j], t[(j + 1) % 3]));
         if (side != boundary_.end() && side_edge_[side->second][0] >= 0)
@@ -405,6 +466,8 @@ class FaceMesher {
   std::unordered_set<std::array<int, 2>, IndexHash> taken_;
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   std::vector<Node> points_;
+  int round_ = 0, crossings_ = 0;
+  VertexKey axis_vertex_ = 0;
   std::vector<dvec2> added_;  // by refinement
   std::vector<std::array<int, 2>> sides_;
   std::vector<std::array<std::int32_t, 2>> side_edge_;

@@ -18,12 +18,14 @@ struct FaceMesh {
   // Segments of edges that must be halved before the face can do better: (edge, segment).
   std::vector<std::array<std::int32_t, 2>> split;
   std::vector<dvec2> found;  // inner points, in the chart, that it has learnt to need
+  bool crossed = false;      // its sides cross
   std::string failure;       // why there are no triangles, or none that keep what is promised
 };
 
 // What earlier rounds found out about a face.
 struct FaceHints {
   std::vector<dvec2> points;  // chart points that the mesh must have
+  int crossings = 0;          // how often its sides have crossed
 };
 
 // Needs face.status kOk and a surface. tree: of the chart, null for planes.

@@ -192,7 +192,8 @@ class Tessellator {
       FaceMesh& m = meshes_[i];
       split.insert(split.end(), m.split.begin(), m.split.end());
       hints_[i].points.insert(hints_[i].points.end(), m.found.begin(), m.found.end());
-      m.found.clear();
+      hints_[i].crossings += m.crossed;
+      m.found.clear(), m.split.clear(), m.crossed = false;
     }
     if (split.empty()) separate(split, again);
     if (!more) return {};
@@ -204,8 +205,10 @@ class Tessellator {
       std::vector<Cut> cuts;
       for (; i < split.size() && split[i][0] == e; ++i) {
         const int k = split[i][1];
+        if (line.segments() > kMostSegments || line.at[k + 1] - line.at[k] < 1e-9 * line.at.back()) continue;
         cuts.push_back({k, 0.5 * (line.at[k] + line.at[k + 1])});
       }
+      if (cuts.empty()) continue;
       const Edge& edge = store_.edges[e];
       split_segments(store_, edge, cuts, line);
       for (std::int32_t k = edge.coedges.begin; k < edge.coedges.end; ++k)

@@ -190,6 +190,7 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
     const Interpolation::Error height = interpolation.along(n);
     if (attempt == 0) {
       r.deviation = interpolation.whole().most(0.0);
+      r.kinks = height.kinks;
       for (int k = 0; k < 3; ++k) r.side[k] = 0.125 * height.side(k);
       r.deviation = std::min(r.deviation, sliver_bound(interpolation, s, n, area2, x));
       if (!(area2 > 0.0) || height.most(0.0) > enough) return r;
@@ -210,11 +211,29 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
   return r;
 }
 
+// Offset surfaces: the largest distance found at some points, and half as much again.
+TriangleBound sampled_bound(const Chart& chart, const dvec2 p[3], const dvec3 s[3]) {
+  constexpr double kSafety = 1.5;
+  const auto distance = [&](const dvec3& l) {
+    const dvec3 x = l.x * s[0] + l.y * s[1] + l.z * s[2];
+    const dvec2 guess = l.x * p[0] + l.y * p[1] + l.z * p[2];
+    return kSafety * glm::distance(x, chart.point(chart.project(x, guess)));
+  };
+  TriangleBound r;
+  r.side[0] = distance({0.5, 0.5, 0.0}), r.side[1] = distance({0.0, 0.5, 0.5}),
+  r.side[2] = distance({0.5, 0.0, 0.5});
+  r.deviation = std::max(std::max(r.side[0], r.side[1]), r.side[2]);
+  for (const dvec3& l :
+       {dvec3(1, 1, 1) / 3.0, dvec3(4, 1, 1) / 6.0, dvec3(1, 4, 1) / 6.0, dvec3(1, 1, 4) / 6.0})
+    r.deviation = std::max(r.deviation, distance(l));
+  return r;
+}
+
 }  // namespace
 
 bool needs_tree(SurfaceKind kind) {
   return kind != SurfaceKind::kPlane && kind != SurfaceKind::kCylinder && kind != SurfaceKind::kCone &&
-         kind != SurfaceKind::kSphere;
+         kind != SurfaceKind::kSphere && kind != SurfaceKind::kOffset;
 }
 
 TriangleBound bound_triangle(const Chart& chart, const CurvatureTree* tree, const dvec2 p[3],
@@ -222,12 +241,14 @@ TriangleBound bound_triangle(const Chart& chart, const CurvatureTree* tree, cons
   const Surface& f = chart.surface();
   switch (f.kind) {
     case SurfaceKind::kPlane:
-      return {0.0, {0.0, 0.0, 0.0}};
+      return {0.0, {0.0, 0.0, 0.0}, 0.0};
     case SurfaceKind::kCylinder:
     case SurfaceKind::kCone:
       return round_bound(f, p);
     case SurfaceKind::kSphere:
       return sphere_bound(f, s);
+    case SurfaceKind::kOffset:
+      return sampled_bound(chart, p, s);
     default: {
       const TriangleBound quick = general_bound(*tree, p, s, enough, false);
       return quick.deviation <= enough && enough < kInf ? quick : general_bound(*tree, p, s, enough, true);

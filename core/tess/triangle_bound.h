@@ -7,9 +7,12 @@
 namespace trimray::tess {
 
 struct TriangleBound {
-  double deviation = kInf;  // mm; no point of the triangle is farther from the (untrimmed) surface
+  // mm; no point of the triangle is farther from the (untrimmed) surface. Of offset surfaces this is an
+  // estimate from samples: their second derivatives have no bound here.
+  double deviation = kInf;
   // What each side would deviate alone (0: corners 0 and 1, 1: 1 and 2, 2: 2 and 0).
   double side[3] = {kInf, kInf, kInf};
+  double kinks = 0.0;  // the part of the deviation that kinks inside are to blame for
 };
 
 // enough: where the deviation is above it, how far above does not matter.
