@@ -18,7 +18,7 @@ using nurbs::NurbsStore;
 
 namespace {
 
-constexpr int kRounds = 24, kPatience = 4, kCrossings = 8;
+constexpr int kRounds = 60, kPatience = 4, kCrossings = 8;
 constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with it the triangle can be within
 constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less are not to blame
 constexpr double kFlat = 0.3;  // of the tolerance: flatter triangles only get flatter by halving short sides
@@ -90,7 +90,7 @@ class FaceMesher {
 
   // Where loops touch at a vertex its feet differ by rounding: they are one.
   int boundary_node(const BoundaryPoint& b) {
-    const dvec2 near = 1e-9 * polygon_.box.extent();
+    const dvec2 near = 1e-6 * polygon_.box.extent();
     auto& nodes = nodes_of_[b.vertex];
     for (const int n : nodes) {
       const dvec2 gap = glm::abs(points_[n].p - b.p);
@@ -453,6 +453,8 @@ class FaceMesher {
       }
       out_.deviation.push_back(deviation);
     }
+    for (std::size_t i = 0; i < triangles_.size() && out_.failure.empty(); ++i)
+      if (too_far(i)) out_.failure = "the deviation could not be reached everywhere";
     if (out_.triangles.empty()) out_.failure = "its loops enclose nothing";
   }
 

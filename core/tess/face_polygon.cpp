@@ -58,6 +58,7 @@ class PolygonBuilder {
       BoundaryPoint b;
       b.place = line.points[sample];
       b.p = sample_in_chart(store_, chart_, coedge, line.at[sample], b.place);
+      if (k == 0 || k == n) stay_near(chart_.from_face(pcurve_point(store_, coedge, line.at[sample])), b.p);
       b.edge = coedge.edge;
       b.segment = k == n ? -1 : coedge.reversed ? n - 1 - k : k;
       if (b.segment >= 0) b.side_deviation = line.deviation[b.segment];
@@ -67,6 +68,14 @@ class PolygonBuilder {
         b.vertex = inner_key(coedge.edge, sample);
       points.push_back(b);
     }
+  }
+
+  // Where a face is narrow beside its vertex's tolerance the vertex's foot may be anywhere; then the
+  // p-curve's end stands, where the next one begins.
+  void stay_near(dvec2 end, dvec2& foot) const {
+    constexpr double kFar = 1e-3;
+    const dvec2 move = glm::abs(foot - end), extent = chart_.surface().domain.extent();
+    if (!(move.x <= kFar * extent.x && move.y <= kFar * extent.y)) foot = end;
   }
 
   // A pole's line runs from where the use before it ends to where the next one begins: these ends are feet of
@@ -93,12 +102,20 @@ class PolygonBuilder {
     for (const BoundaryPoint& b : points) box.add(b.p);
     const dvec2 near = 1e-6 * box.extent();
     std::vector<bool> drop(points.size(), false);
-    for (const auto& [first_index, end, degenerate] : stretches) {
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      const std::size_t end = stretches[i].last;
       BoundaryPoint& last = points[end];
-      const BoundaryPoint& first = points[(end + 1) % points.size()];
+      BoundaryPoint& first = points[(end + 1) % points.size()];
       last.edge = last.segment = -1, last.side_deviation = kInf;
-      const dvec2 gap = glm::abs(last.p - first.p);
-      drop[end] = last.vertex == first.vertex && gap.x <= near.x && gap.y <= near.y;
+      if (last.vertex != first.vertex) continue;
+      const auto apart = [&] {
+        const dvec2 gap = glm::abs(last.p - first.p);
+        return gap.x > near.x || gap.y > near.y;
+      };
+      // p-curves that do not meet: the vertex's foot is where both should be, but at a pole.
+      if (apart() && !stretches[i].degenerate && !stretches[(i + 1) % stretches.size()].degenerate)
+        last.p = chart_.project(last.place, last.p), first.p = chart_.project(first.place, first.p);
+      drop[end] = !apart();
     }
     std::size_t kept = 0;
     for (std::size_t i = 0; i < points.size(); ++i)
