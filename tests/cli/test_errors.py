@@ -45,7 +45,7 @@ def one_line(err: str) -> bool:
         (("render", "a.step", "-o", "a.pgn"), "did you mean 'png'"),
         (("mesh", "a.step", "-o", "a.step"), "unknown mesh format"),
         (("mesh", "a.step", "-o", "a.stl", "--deviation", "0"), "--deviation"),
-        (("mesh", "a.step", "-o", "a.stl", "--deviation", "1px"), "pixels"),
+        (("mesh", "a.step", "-o", "a.stl", "--deviation", "1 inch"), "not a positive length"),
         (("mesh", "a.step", "-o", "a.stl", "--angle", "-1"), "--angle"),
         (("render", "a.step", "x/a.step", "-o", "{name}.png"), "both be written"),
         (("render", "a.png", "-o", "a.png"), "overwrite the input"),
