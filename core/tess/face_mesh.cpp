@@ -268,7 +268,7 @@ class FaceMesher {
     out_.split.clear(), out_.failure.clear();
     for (const auto& t : triangles_) bounds_.push_back(known_bound(t));
     std::vector<std::array<int, 3>> failing = find_failing();
-    if (!failing.empty() && flip_sides()) failing = find_failing();
+    if (!failing.empty() && flips_help_ && flip_sides()) failing = find_failing();
     std::vector<std::array<int, 2>> halve;
     for (const auto& t : failing) refine_triangle(t, limit_of(t), halve);
     std::sort(halve.begin(), halve.end());
@@ -290,7 +290,13 @@ class FaceMesher {
         }
     // Edges that must be finer change the boundary: then all begins again, with the inner points found so
     // far.
-    if (out_.split.empty()) return points_.size() > before;
+    if (out_.split.empty()) {
+      if (points_.size() > before) return true;
+      // A turned diagonal may be what stands in the way: once more without.
+      const bool again = flips_help_ && !failing.empty();
+      flips_help_ = false;
+      return again;
+    }
     out_.failure = "an edge must be finer";
     out_.found = std::move(added_);
     return false;
@@ -469,6 +475,7 @@ class FaceMesher {
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   std::vector<Node> points_;
   int round_ = 0, crossings_ = 0;
+  bool flips_help_ = true;
   VertexKey axis_vertex_ = 0;
   std::vector<dvec2> added_;  // by refinement
   std::vector<std::array<int, 2>> sides_;

@@ -17,19 +17,11 @@ constexpr double kWorthwhile = 1e-6;
 // Share of a quadrilateral's area in uv below which one of its triangles counts as turned over.
 constexpr double kFlatInUv = 1e-9;
 
-// OpenMesh prints every refused triangle; we count them.
-class Silence {
- public:
-  Silence() : was_enabled_(::omerr().is_enabled()) { ::omerr().disable(); }
-  ~Silence() {
-    if (was_enabled_) ::omerr().enable();
-  }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
-
- private:
-  bool was_enabled_;
-};
+// OpenMesh says on std::cerr what it refuses; we say it in our own way. For good: other threads mesh, too.
+void silence_openmesh() {
+  static const bool done = (::omerr().disable(), true);
+  static_cast<void>(done);
+}
 
 double cross(dvec2 a, dvec2 b) { return a.x * b.y - a.y * b.x; }
 double uv_area(const std::array<dvec2, 3>& t) { return 0.5 * cross(t[1] - t[0], t[2] - t[0]); }
@@ -176,7 +168,7 @@ bool HalfEdgeMesh::closed_manifold() const {
 }
 
 HalfEdgeMesh half_edges(const TriMesh& mesh) {
-  const Silence silence;
+  silence_openmesh();
   HalfEdgeMesh result;
   HalfEdgeKernel& kernel = result.kernel;
   kernel.reserve(mesh.vertices.size(), 3 * mesh.triangles.size() / 2 + 1, mesh.triangles.size());
