@@ -131,6 +131,7 @@ ViewMeshes MeshLevels::meshes(const view::Camera& camera, double deviation_px, i
     const ViewTolerance view(camera, limits, instance.placement);
     if (view.outside(bounds)) continue;
     const double least = view.at(bounds);
+    if (!(least > 0.0)) continue;  // placed by what are no numbers
     wishes.push_back({i, instance.prototype, view, least,
                       view.share(bounds) >= kSeen && view.most(bounds) <= kSpread * least});
   }
