@@ -12,6 +12,8 @@ import trimray
 
 from .conftest import CENTER, RADIUS
 
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+
 
 def test_a_camera_is_the_one_of_the_picture(sphere: trimray.Model) -> None:
     for projection in ("orthographic", "perspective"):
@@ -64,6 +66,41 @@ def test_the_mesh_looks_like_the_sphere(
         assert hit.all()
         whole = sphere.tessellate(0.25 * camera.pixel * float(np.min(depth)))
         assert len(mesh.triangles) < 0.3 * len(whole.triangles)
+
+
+def _distances(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Of points (n, 3) from the nearest of the triangles (m, 3, 3); brute force."""
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    found = []
+    for p in points:
+        inside = np.ones(len(a), bool)
+        nearest = np.inf
+        for s, e in ((a, b), (b, c), (c, a)):
+            inside &= (np.cross(e - s, p - s) * normal).sum(axis=1) >= 0.0
+            t = ((p - s) * (e - s)).sum(axis=1) / ((e - s) ** 2).sum(axis=1)
+            foot = s + np.clip(t, 0.0, 1.0)[:, None] * (e - s)
+            nearest = min(nearest, float(np.linalg.norm(p - foot, axis=1).min()))
+        height = np.abs(((p - a) * normal).sum(axis=1))[inside] / area[inside]
+        found.append(min(nearest, float(height.min(initial=np.inf))))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+@pytest.mark.parametrize("sample", ["bracket.step", "teapot.step", "assembly.step"])
+def test_what_is_seen_is_near_the_mesh(sample: str, projection: str) -> None:
+    model = trimray.load(SAMPLES / sample, cache=False)
+    random = np.random.default_rng(3)
+    for view, zoom in (("iso", 1.0), ((200, -30), 5.0)):
+        camera = model.camera((256, 256), view=view, projection=projection, zoom=zoom)
+        mesh = model.tessellate("0.3px", view=camera)
+        assert not mesh.issues
+        seen = model.render(view=camera, aovs=("face", "position", "depth"), samples=1)
+        hits = np.argwhere(seen["face"] >= 0)
+        at = tuple(hits[random.integers(0, len(hits), 50)].T)
+        pixel = camera.pixel * (seen["depth"][at] if projection == "perspective" else 1.0)
+        assert (_distances(seen["position"][at], mesh.vertices[mesh.triangles]) <= 0.3 * pixel).all()
 
 
 def test_meshes_are_kept_while_they_are_fine_enough(sphere: trimray.Model) -> None:
