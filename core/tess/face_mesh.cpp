@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <unordered_map>
 #include <unordered_set>
 
 #include "core/tess/cell_map.h"
 #include "core/tess/delaunay.h"
+#include "core/tess/face_net.h"
 #include "core/tess/half_edge.h"
 #include "core/tess/inner_points.h"
 #include "core/tess/triangle_bound.h"
@@ -24,19 +24,7 @@ constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less
 constexpr double kFlat = 0.3;  // of the tolerance: flatter triangles only get flatter by halving short sides
 constexpr std::size_t kMaxPoints = 1'000'000;
 
-// Of a few indices.
-struct IndexHash {
-  template <std::size_t N>
-  std::size_t operator()(const std::array<int, N>& a) const {
-    std::uint64_t h = 0;
-    for (const int i : a) h = (h ^ static_cast<std::uint32_t>(i)) * 0x9E3779B97F4A7C15u, h ^= h >> 29;
-    return h;
-  }
-};
-template <std::size_t N, typename T>
-using IndexMap = std::unordered_map<std::array<int, N>, T, IndexHash>;
-
-class FaceMesher {
+class FaceMesher : FaceNet {
  public:
   FaceMesher(const NurbsStore& store, std::int32_t face, const Chart& chart, const CurvatureTree* tree,
              const FacePolygon& polygon, const EdgeLimits& limits)
@@ -65,14 +53,6 @@ class FaceMesher {
   }
 
  private:
-  struct Node {
-    dvec2 p;               // chart
-    dvec3 place, surface;  // the vertex, and the surface's point at p
-    double gap;            // their distance
-    VertexKey vertex;
-    dvec3 normal;  // unit, where an angle is asked for
-  };
-
   void add_boundary() {
     for (const auto& loop : polygon_.loops) {
       std::vector<int> index;
@@ -171,82 +151,6 @@ class FaceMesher {
     out_.failure = result.outcome == Delaunay::Outcome::kCrossing ? "its loops cross or touch"
                                                                   : "its loops enclose nothing";
     return false;
-  }
-
-  bool degenerate(const std::array<int, 3>& t) const {
-    constexpr double kNoHeight = 1e-9;
-    const LongestSide side = longest_side(t);
-    return !collapsed(t) && side.height <= kNoHeight * side.length;
-  }
-
-  // Three places on a line of space need not lie on a line of the chart: two on a ruling and the apex. The
-  // neighbour over the longest side takes the middle one in.
-  void flip_degenerate() {
-    constexpr int kPasses = 32;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      std::vector<int> flat;
-      for (std::size_t i = 0; i < triangles_.size(); ++i)
-        if (degenerate(triangles_[i])) flat.push_back(static_cast<int>(i));
-      if (flat.empty()) return;
-      IndexMap<2, std::array<int, 2>> beside;
-      for (const int i : flat) beside[longest_side(triangles_[i]).ends] = {-1, -1};
-      for (std::size_t i = 0; i < triangles_.size(); ++i)
-        for (int k = 0; k < 3; ++k) {
-          const auto found = beside.find(ordered(triangles_[i][k], triangles_[i][(k + 1) % 3]));
-          if (found != beside.end()) found->second[found->second[0] < 0 ? 0 : 1] = static_cast<int>(i);
-        }
-      std::vector<bool> touched(triangles_.size(), false);
-      bool any = false;
-      for (const int i : flat) {
-        const std::array<int, 2> ends = longest_side(triangles_[i]).ends;
-        const auto [one, two] = beside[ends];
-        const int other = one == i ? two : one;
-        if (other < 0 || boundary_.count(ends) || touched[i] || touched[other]) continue;
-        if (!flip(triangles_[i], triangles_[other], ends)) continue;
-        touched[i] = touched[other] = any = true;
-      }
-      if (!any) return;
-    }
-  }
-
-  // Turns the side that two triangles share; false where they do not allow it.
-  bool flip(std::array<int, 3>& t, std::array<int, 3>& u, const std::array<int, 2>& ends) const {
-    const auto opposite = [&](const std::array<int, 3>& x) {
-      int k = 0;
-      while (x[k] == ends[0] || x[k] == ends[1]) ++k;
-      return k;
-    };
-    const int k = opposite(t), a = t[k], i = t[(k + 1) % 3], j = t[(k + 2) % 3], c = u[opposite(u)];
-    const std::array<int, 3> first{a, i, c}, second{c, j, a};
-    if (turned(first) <= 0.0 || turned(second) <= 0.0) return false;
-    // Past a triangle that is collapsed at a pole the flat one goes on to the next.
-    const bool better = !collapsed(first) && !collapsed(second) && !degenerate(first) && !degenerate(second);
-    if (!better && !collapsed(u)) return false;
-    t = first, u = second;
-    return true;
-  }
-
-  // The way to cells and back bends straight lines, and may turn a triangle beside them over.
-  bool some_turned() const {
-    for (const auto& t : triangles_)
-      if (turned(t) < 0.0 && !collapsed(t)) return true;
-    return false;
-  }
-
-  // Twice the area in the chart.
-  double turned(const std::array<int, 3>& t) const {
-    const dvec2 a = points_[t[1]].p - points_[t[0]].p, b = points_[t[2]].p - points_[t[0]].p;
-    return a.x * b.y - a.y * b.x;
-  }
-
-  double corner_gap(const std::array<int, 3>& t) const {
-    return std::max(points_[t[0]].gap, std::max(points_[t[1]].gap, points_[t[2]].gap));
-  }
-
-  // Two corners at one vertex: a triangle at a pole, which has no area.
-  bool collapsed(const std::array<int, 3>& t) const {
-    const VertexKey a = points_[t[0]].vertex, b = points_[t[1]].vertex, c = points_[t[2]].vertex;
-    return a == b || b == c || c == a;
   }
 
   TriangleBound bound(const std::array<int, 3>& t) const {
@@ -375,25 +279,6 @@ class FaceMesher {
     return bounds_[i] + gap > limit && bounds_[i] > std::max(limit - gap, 0.3 * limit);
   }
 
-  struct LongestSide {
-    std::array<int, 2> ends;
-    double length, height;  // its own and the triangle's over it, mm
-  };
-  LongestSide longest_side(const std::array<int, 3>& t) const {
-    LongestSide r{};
-    double longest = -1.0;
-    const dvec3 cross =
-        glm::cross(points_[t[1]].place - points_[t[0]].place, points_[t[2]].place - points_[t[0]].place);
-    for (int k = 0; k < 3; ++k) {
-      const int a = t[k], b = t[(k + 1) % 3];
-      const double length = glm::distance(points_[a].place, points_[b].place);
-      if (length > longest) longest = length, r.ends = {std::min(a, b), std::max(a, b)};
-    }
-    r.length = longest;
-    r.height = longest > 0.0 ? glm::length(cross) / longest : 0.0;
-    return r;
-  }
-
   double known_bound(const std::array<int, 3>& t) {
     if (collapsed(t)) return 0.0;
     const auto [at, fresh] = known_bounds_.try_emplace(t, 0.0);
@@ -438,8 +323,6 @@ class FaceMesher {
     return std::max(b.side[0], std::max(b.side[1], b.side[2]));
   }
 
-  static std::array<int, 2> ordered(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
-
   void take() {
     const bool proven = chart_.surface().kind != nurbs::SurfaceKind::kOffset;
     if (!proven) out_.failure = "an offset surface: its deviation is estimated, not proven";
@@ -473,16 +356,10 @@ class FaceMesher {
   std::map<std::array<double, 2>, int> known_;  // places in the chart
   std::unordered_set<std::array<int, 2>, IndexHash> taken_;
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
-  std::vector<Node> points_;
   int round_ = 0, crossings_ = 0;
   bool flips_help_ = true;
   VertexKey axis_vertex_ = 0;
   std::vector<dvec2> added_;  // by refinement
-  std::vector<std::array<int, 2>> sides_;
-  std::vector<std::array<std::int32_t, 2>> side_edge_;
-  std::vector<double> side_deviation_;
-  std::vector<std::array<int, 3>> triangles_;
-  IndexMap<2, int> boundary_;  // side by its ends, the lower first
   IndexMap<3, double> known_bounds_;
   std::vector<double> bounds_;
   FaceMesh out_;
