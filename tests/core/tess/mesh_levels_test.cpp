@@ -107,7 +107,7 @@ void expect_covered(const Camera& c, const Transform& placement, const InstanceM
 }
 
 TEST(MeshLevels, CutMeshesCoverWhatIsSeen) {
-  const std::vector<Transform> placements{at({0.3, 0.1, 0.2}), at({1, 0, 1}, 3.0)};
+  const std::vector<Transform> placements{at({0.3, 0.1, 0.2}), at({1, 2, 1}, 3.0)};
   for (const bool perspective : {false, true})
     for (const double zoom : {30.0, 100.0}) {
       MeshLevels levels(spheres(placements));
