@@ -53,13 +53,15 @@ void bind_view(nb::module_& m) {
                   nb::arg("points"), nb::arg("width_px"), nb::arg("height_px"), nb::arg("perspective"),
                   nb::arg("fov_deg"), nb::arg("margin"), "Fitted to points (n, 3) float64, mm.")
       .def_prop_ro(
-          "eye", [](const view::Camera& c) { return vec(c.eye); }, "(3,) float64, mm.")
+          "eye", [](const view::Camera& c) { return vec(c.eye); }, nb::rv_policy::move, "(3,) float64, mm.")
       .def_prop_ro(
-          "right", [](const view::Camera& c) { return vec(c.right); }, "(3,) float64, unit.")
+          "right", [](const view::Camera& c) { return vec(c.right); }, nb::rv_policy::move,
+          "(3,) float64, unit.")
       .def_prop_ro(
-          "up", [](const view::Camera& c) { return vec(c.up); }, "(3,) float64, unit.")
+          "up", [](const view::Camera& c) { return vec(c.up); }, nb::rv_policy::move, "(3,) float64, unit.")
       .def_prop_ro(
-          "forward", [](const view::Camera& c) { return vec(c.forward); }, "(3,) float64, unit.")
+          "forward", [](const view::Camera& c) { return vec(c.forward); }, nb::rv_policy::move,
+          "(3,) float64, unit.")
       .def_ro("perspective", &view::Camera::perspective)
       .def_ro("pixel", &view::Camera::pixel, "mm per px (orthographic) or tangent per px (perspective).")
       .def_ro("width_px", &view::Camera::width_px)
