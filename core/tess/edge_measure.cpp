@@ -17,6 +17,7 @@ using nurbs::NurbsStore;
 
 constexpr int kSamples = 24;         // a piece, where the search for the closest point starts
 constexpr double kOnEdge = 1e-8;     // of the mesh's diagonal: a vertex this near lies on the edge
+constexpr double kAtEnd = 2e-7;      // the same for an edge's end: vertices so near to one another are one
 constexpr double kSamePlace = 1e-9;  // of the number of pieces
 
 double segment_distance(const dvec3& p, const dvec3& a, const dvec3& b) {
@@ -177,7 +178,7 @@ class Measurer {
       const EdgePath path(store_, edge);
       // Vertices of edges that meet within their tolerances are one and stand where one of them says: at its
       // ends, an edge holds what is as near as that.
-      double near = near_;
+      double near = kAtEnd / kOnEdge * near_;
       for (const std::int32_t v : store_.edges[edge].vertex)
         if (v >= 0)
           near = std::max(near, 2.0 * std::max(store_.vertices[v].tolerance, store_.edges[edge].band));
