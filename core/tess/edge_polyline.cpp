@@ -140,7 +140,7 @@ class Density {
           std::max(own[i], turn(point[i], middle[i], point[i + 1]) / std::min(kWidestTurn, limits_.angle));
     }
     for (const EdgeUse& use : uses_) face_cost(use, limit, own);
-    for (std::size_t i = 0; i + 1 < n; ++i) cost_[i + 1] = cost_[i] + own[i];
+    for (std::size_t i = 0; i + 1 < n; ++i) cost_[i + 1] = cost_[i] + (std::isfinite(own[i]) ? own[i] : 0.0);
     find_corners(point, middle);
   }
 

@@ -107,23 +107,19 @@ class FaceMesher : FaceNet {
     return {static_cast<int>(std::lround(c.x)), static_cast<int>(std::lround(c.y))};
   }
 
-  // A torus whose tube touches its axis has one place there for a whole line of the chart.
-  VertexKey own_vertex(const dvec3& place) {
+  // A torus whose tube touches its axis has one place there for a whole line of the chart: no place for
+  // points.
+  bool on_axis(const dvec3& place) const {
     const nurbs::Surface& f = chart_.surface();
-    if (f.kind == nurbs::SurfaceKind::kTorus && glm::distance(place, f.location) <= 1e-9 * f.r1) {
-      if (axis_vertex_ < 0) return axis_vertex_;
-      out_.own_vertices.push_back(place);
-      return axis_vertex_ = -static_cast<VertexKey>(out_.own_vertices.size());
-    }
-    out_.own_vertices.push_back(place);
-    return -static_cast<VertexKey>(out_.own_vertices.size());
+    return f.kind == nurbs::SurfaceKind::kTorus && glm::distance(place, f.location) <= 1e-9 * f.r1;
   }
 
   void add_inner(dvec2 p) {
-    if (!taken_.insert(place_in_cells(p)).second) return;
-    added_.push_back(p);
     const dvec3 place = chart_.point(p);
-    add_node(p, place, own_vertex(place));
+    if (on_axis(place) || !taken_.insert(place_in_cells(p)).second) return;
+    added_.push_back(p);
+    out_.own_vertices.push_back(place);
+    add_node(p, place, -static_cast<VertexKey>(out_.own_vertices.size()));
   }
 
   bool triangulate() {
@@ -358,7 +354,6 @@ class FaceMesher : FaceNet {
   std::map<VertexKey, std::vector<int>> nodes_of_;  // of the boundary
   int round_ = 0, crossings_ = 0;
   bool flips_help_ = true;
-  VertexKey axis_vertex_ = 0;
   std::vector<dvec2> added_;  // by refinement
   IndexMap<3, double> known_bounds_;
   std::vector<double> bounds_;

@@ -54,7 +54,6 @@ class Tessellator {
       if (charts_[i]) todo.push_back(i);
     for (int round = 0; round < kRounds && !todo.empty(); ++round) {
       mesh(todo);
-
       todo = next(round + 1 < kRounds);
     }
     cover();
