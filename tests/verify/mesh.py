@@ -126,7 +126,8 @@ def judge(
         result.degenerate += whole["degenerate_triangles"]
         if closed.all() and np.isfinite(volume):
             bound = deviation * whole["area"] + VOLUME_ROUNDING * abs(volume)
-            result.volume = max(result.volume, abs(whole["volume"] - volume) / bound)
+            # The importer turns shells of triangles outwards, OpenCascade leaves them as they are.
+            result.volume = max(result.volume, abs(abs(whole["volume"]) - abs(volume)) / bound)
             result.negative += volume > 0 >= whole["volume"]
         _measure(store, mesh, edge_uses, deviation, most_triangles, result)
     return result
@@ -157,7 +158,10 @@ def _measure(
     result.worst_edge = max(result.worst_edge, float(apart.max(initial=0.0)) / deviation)
     once = edge >= 0
     once[once] = edge_uses[edge[once]] == 1
-    result.holes += int((is_open & ~once).sum())
+    # Faces of triangles have no edges; where they must close, their open sides are counted above.
+    exact = np.array([kind not in ("none", "mesh") for kind in store.face_kinds()])
+    has_edges = exact[mesh.face[edges["triangle"]]]
+    result.holes += int((is_open & ~once & has_edges).sum())
     if mesh.deviation is None:
         return
     fallback = ~np.isfinite(mesh.deviation)
@@ -182,8 +186,9 @@ def _measure(
             f"edge {edge[s]}: {apart[s]:.6g} from a side of triangle {beside[s]} of face "
             f"{mesh.face[beside[s]]}, proven {allowed[s]:.6g}"
         )
-    result.off_edges += int(((edge < 0) & ~fallback[beside]).sum())
-    for s in np.flatnonzero((edge < 0) & ~fallback[beside])[:3]:
+    off = (edge < 0) & ~fallback[beside] & has_edges
+    result.off_edges += int(off.sum())
+    for s in np.flatnonzero(off)[:3]:
         result.notes.append(f"a side of triangle {beside[s]} of face {mesh.face[beside[s]]} lies on no edge")
     skipped = edges["edge_missing"] > deviation + rounding
     covered_otherwise = np.isin(np.arange(len(skipped)), [e for e in edge[fallback[beside]] if e >= 0])
@@ -193,7 +198,6 @@ def _measure(
             f"edge {e}: {edges['edge_missing'][e]:.6g} of {edges['edge_length'][e]:.6g} mm have no side"
         )
     cover = _core.measure_mesh_cover(store, *arrays)["turned_over"]
-    exact = np.array([kind != "none" for kind in store.face_kinds()])
     faces = np.flatnonzero((cover > 0) & exact & ~np.isin(np.arange(len(cover)), mesh.face[fallback]))
     result.turned_over += int(cover[faces].sum())
     result.notes += [f"face {f}: {cover[f]} triangles upside down in uv" for f in faces[:3]]
