@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <numeric>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "core/tess/face_mesh.h"
@@ -19,7 +20,7 @@ using nurbs::Prototype;
 
 namespace {
 
-constexpr int kRounds = 24;
+constexpr int kRounds = 24, kSeparations = 6;
 
 // A side of a triangle as its two vertices, for finding sides that more faces use than may.
 struct SideUse {
@@ -194,7 +195,7 @@ class Tessellator {
       hints_[i].crossings += m.crossed;
       m.found.clear(), m.split.clear(), m.crossed = false;
     }
-    if (split.empty()) separate(split, again);
+    if (split.empty() && separations_++ < kSeparations) separate(split, again);
     if (!more) return {};
     std::sort(split.begin(), split.end());
     split.erase(std::unique(split.begin(), split.end()), split.end());
@@ -243,29 +244,54 @@ class Tessellator {
         forward += sides[end].forward;
       const int count = static_cast<int>(end - begin);
       if (count <= 2 && forward <= 1 && count - forward <= 1) continue;
-      for (std::size_t k = begin; k < end; ++k) part(sides[k], split, again);
+      part({sides.data() + begin, static_cast<std::size_t>(count)}, split, again);
     }
   }
 
-  void part(const SideUse& s, std::vector<std::array<std::int32_t, 2>>& split, std::vector<bool>& again) {
+  // Sides across a face are the ones to give way; where all lie on edges, these are as coarse as to fall
+  // together.
+  void part(std::span<const SideUse> uses, std::vector<std::array<std::int32_t, 2>>& split,
+            std::vector<bool>& again) {
+    std::vector<std::array<std::int32_t, 2>> on_edges;
+    bool across = false;
+    for (const SideUse& s : uses) {
+      const std::array<std::int32_t, 2> edge = segment_of(s);
+      if (edge[0] >= 0) {
+        on_edges.push_back(edge);
+        continue;
+      }
+      across = true;
+      const auto& uv = meshes_[s.face].corner_uv[s.triangle];
+      const Chart& chart = *charts_[s.face];
+      hints_[s.face].points.push_back(0.5 *
+                                      (chart.from_face(uv[s.side]) + chart.from_face(uv[(s.side + 1) % 3])));
+      again[s.face] = true;
+    }
+    if (across) return;
+    std::sort(on_edges.begin(), on_edges.end());
+    on_edges.erase(std::unique(on_edges.begin(), on_edges.end()), on_edges.end());
+    // More faces than two on one edge is how the model is.
+    if (on_edges.size() > 1) split.insert(split.end(), on_edges.begin(), on_edges.end());
+  }
+
+  // The edge and segment that a side lies on; -1 when it crosses the face.
+  std::array<std::int32_t, 2> segment_of(const SideUse& s) const {
     const FaceMesh& m = meshes_[s.face];
     const VertexKey a = m.triangles[s.triangle][s.side], b = m.triangles[s.triangle][(s.side + 1) % 3];
-    const Chart& chart = *charts_[s.face];
-    const FacePolygon polygon =
-        make_polygon(store_, prototype_.faces.begin + s.face, chart, wireframe_, limits_);
-    for (const auto& loop : polygon.loops)
-      for (std::size_t i = 0; i < loop.size(); ++i) {
-        const BoundaryPoint &p = loop[i], &q = loop[(i + 1) % loop.size()];
-        if (!((p.vertex == a && q.vertex == b) || (p.vertex == b && q.vertex == a))) continue;
-        // More faces than two on one edge is how the model is.
-        const Edge* edge = p.edge >= 0 ? &store_.edges[p.edge] : nullptr;
-        if (edge != nullptr && edge->coedges.size() <= 2) split.push_back({p.edge, p.segment});
-        return;
+    const Face& f = face(s.face);
+    for (std::int32_t l = f.loops.begin; l < f.loops.end; ++l)
+      for (std::int32_t c = store_.loops[l].coedges.begin; c < store_.loops[l].coedges.end; ++c) {
+        const std::int32_t e = store_.coedges[c].edge;
+        const int n = wireframe_.polyline(e).segments();
+        const auto key = [&](int sample) {
+          if (sample > 0 && sample < n) return inner_key(e, sample);
+          return VertexKey{
+              wireframe_.one[store_.edges[e].vertex[sample == 0 ? 0 : 1] - wireframe_.vertex_begin]};
+        };
+        for (int k = 0; k < n; ++k)
+          if ((key(k) == a && key(k + 1) == b) || (key(k) == b && key(k + 1) == a)) return {e, k};
       }
-    const auto& uv = m.corner_uv[s.triangle];
-    hints_[s.face].points.push_back(0.5 *
-                                    (chart.from_face(uv[s.side]) + chart.from_face(uv[(s.side + 1) % 3])));
-    again[s.face] = true;
+    return {-1, -1};
   }
 
   void cover() {
@@ -357,6 +383,7 @@ class Tessellator {
   std::vector<FaceMesh> meshes_;
   std::vector<FaceHints> hints_;
   Tessellation result_;
+  int separations_ = 0;
 };
 
 }  // namespace
