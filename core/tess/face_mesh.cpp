@@ -18,7 +18,7 @@ using nurbs::NurbsStore;
 
 namespace {
 
-constexpr int kRounds = 60, kPatience = 4, kCrossings = 8;
+constexpr int kRounds = 60, kPatience = 4, kCrossings = 8, kInversions = 4;
 constexpr double kSideShare = 0.9;  // of the tolerance, for a side alone: with it the triangle can be within
 constexpr double kMuch = 0.4;       // of the tolerance: sides that deviate less are not to blame
 constexpr double kFlat = 0.3;  // of the tolerance: flatter triangles only get flatter by halving short sides
@@ -128,6 +128,7 @@ class FaceMesher : FaceNet {
     Delaunay result = tess::triangulate(scaled, sides_);
     if (result.outcome == Delaunay::Outcome::kDone) {
       triangles_ = std::move(result.triangles);
+      if (crossings_ < kInversions && ask_for_rounder_loops()) return false;
       flip_degenerate();
       return true;
     }
@@ -147,6 +148,23 @@ class FaceMesher : FaceNet {
     out_.failure = result.outcome == Delaunay::Outcome::kCrossing ? "its loops cross or touch"
                                                                   : "its loops enclose nothing";
     return false;
+  }
+
+  // A rim so coarse that it lies inside the hole that it surrounds: the triangles are between them, but on
+  // the wrong sides of both. Then some sides have theirs on the left and others on the right.
+  bool ask_for_rounder_loops() {
+    bool left = false, right = false;
+    for (const auto& t : triangles_)
+      for (int k = 0; k < 3; ++k) {
+        const auto side = boundary_.find(ordered(t[k], t[(k + 1) % 3]));
+        if (side != boundary_.end()) (sides_[side->second][0] == t[k] ? left : right) = true;
+      }
+    if (!left || !right || boundary_.size() != sides_.size()) return false;
+    for (std::size_t i = 0; i < sides_.size(); ++i)
+      if (side_edge_[i][0] >= 0 && side_deviation_[i] > 0.0) out_.split.push_back(side_edge_[i]);
+    out_.crossed = !out_.split.empty();
+    if (out_.crossed) out_.failure = "its loops cross or touch";
+    return out_.crossed;
   }
 
   TriangleBound bound(const std::array<int, 3>& t) const {
