@@ -67,7 +67,8 @@ struct CurvatureTree::Builder {
   // quarters of what half a cell would.
   static constexpr double kGridShare = 1.8;
   static constexpr int kMaxDepth = 24;
-  static constexpr int kMaxCells = 4096;  // of a leaf, in one direction
+  static constexpr double kManyCells = 16.0;  // of a leaf over which the tolerance may vary
+  static constexpr int kMaxCells = 4096;      // of a leaf, in one direction
 
   // The jump of the first derivative over the knot line between two patches, along u or v.
   Box3 kink(int first, int second, bool along_u) const {
@@ -158,6 +159,17 @@ struct CurvatureTree::Builder {
     both.child[0] = a, both.child[1] = b;
   }
 
+  // Is the tolerance that holds all over the node much smaller than what some part of it needs?
+  bool varies(const Box2& box, const Box3& place) const {
+    const double least = tolerance.at(place);
+    for (const dvec2 at : {dvec2(0.5, 0.5), dvec2(0, 0), dvec2(1, 0), dvec2(0, 1), dvec2(1, 1)}) {
+      Box3 point;
+      point.add(chart.point(box.lower + at * box.extent()));
+      if (tolerance.at(point) > 2.0 * least) return true;
+    }
+    return false;
+  }
+
   // A regular grid over the node where its bounds are tight enough, or else over its halves. net: of the
   // node, which is a part of one patch; empty for closed forms.
   void choose(int node, std::vector<dvec4> net, int depth) {
@@ -194,7 +206,8 @@ struct CurvatureTree::Builder {
       choose_counts(a, b, c, limit, turn_u, turn_v, leaf);
     const double cells = double(leaf.count_u) * leaf.count_v;
     const double share = cells > 64 ? 0.1 : cells > 8 ? 0.2 : cells > 2 ? 0.35 : 0.5;
-    if (cells > 1.0 && !(loose <= share * total) && depth < kMaxDepth) {
+    const bool rough = cells > 1.0 && !(loose <= share * total);
+    if (depth < kMaxDepth && (rough || (cells > kManyCells && varies(box, place)))) {
       const bool several = tree.nodes_[node].child[0] >= 0;
       if (several) {
         for (const int k : {0, 1}) {
