@@ -241,7 +241,8 @@ struct CurvatureTree::Builder {
   void choose_counts(double a, double b, double c, double limit, double turn_u, double turn_v,
                      GridLeaf& leaf) const {
     const auto count = [](double x) {
-      return std::clamp(static_cast<int>(std::ceil(std::min(x, double(kMaxCells)) - 1e-9)), 1, kMaxCells);
+      if (!(x > 1.0)) return 1;
+      return static_cast<int>(std::ceil(std::min(x, double(kMaxCells)) - 1e-9));
     };
     int least_u = 1, least_v = 1;
     if (angle < kInf) least_u = count(turn_u / angle), least_v = count(turn_v / angle);

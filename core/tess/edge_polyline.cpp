@@ -200,7 +200,7 @@ class Density {
 
   // Samples between two corners, the first excluded, the last included.
   void fill(std::size_t begin, std::size_t end, std::vector<double>& at) const {
-    const double total = cost_[end] - cost_[begin];
+    const double sum = cost_[end] - cost_[begin], total = std::isfinite(sum) ? sum : 0.0;
     int count = std::max(1, static_cast<int>(std::ceil(std::min(total, double(kMostSegments)) - 1e-6)));
     const bool closed = edge_.vertex[0] == edge_.vertex[1] && begin == 0 && end + 1 == place_.size();
     if (closed && !edge_.degenerate) count = std::max(count, 3);

@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/tess/face_mesh.h"
+#include "core/tess/mesh_face.h"
 #include "core/tess/triangle_bound.h"
 
 namespace trimray::tess {
@@ -320,7 +321,7 @@ class Tessellator {
       return number;
     };
     for (std::int32_t i = 0; i < prototype_.faces.size(); ++i) {
-      if (face(i).triangles.size() > 0) take_mesh_face(prototype_.faces.begin + i);
+      if (face(i).triangles.size() > 0) mesh_faces_.add(store_, prototype_.faces.begin + i, out);
       const FaceMesh& m = meshes_[i];
       std::vector<std::int32_t> own(m.own_vertices.size(), -1);
       for (std::size_t t = 0; t < m.triangles.size(); ++t) {
@@ -347,31 +348,6 @@ class Tessellator {
     return std::move(result_);
   }
 
-  void take_mesh_face(std::int32_t f) {
-    TriMesh& out = result_.mesh;
-    std::vector<std::pair<std::int32_t, std::int32_t>> numbers;  // of mesh vertices that the face uses
-    const nurbs::Range& range = store_.faces[f].triangles;
-    for (std::int32_t t = range.begin; t < range.end; ++t)
-      for (const std::int32_t v : store_.mesh_triangles[t]) numbers.push_back({v, -1});
-    std::sort(numbers.begin(), numbers.end());
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-    for (auto& [v, number] : numbers) {
-      number = static_cast<std::int32_t>(out.vertices.size());
-      out.vertices.push_back(store_.mesh_vertices[v]);
-    }
-    for (std::int32_t t = range.begin; t < range.end; ++t) {
-      std::array<std::int32_t, 3> corner;
-      for (int k = 0; k < 3; ++k)
-        corner[k] =
-            std::lower_bound(numbers.begin(), numbers.end(), std::pair{store_.mesh_triangles[t][k], -1})
-                ->second;
-      out.triangles.push_back(corner);
-      out.corner_uv.push_back({dvec2(0, 0), dvec2(1, 0), dvec2(0, 1)});
-      out.face.push_back(f);
-      out.deviation.push_back(0.0);
-    }
-  }
-
   const NurbsStore& store_;
   const Prototype& prototype_;
   EdgeLimits limits_;
@@ -382,6 +358,7 @@ class Tessellator {
   std::vector<std::unique_ptr<CurvatureTree>> trees_;
   std::vector<FaceMesh> meshes_;
   std::vector<FaceHints> hints_;
+  MeshFaces mesh_faces_;
   Tessellation result_;
   int separations_ = 0;
 };
