@@ -28,9 +28,10 @@ struct Tessellation {
 };
 
 // The mesh of one prototype. Faces that cannot be drawn (FaceStatus) have no triangles and no issue; mesh
-// faces give their own triangles. Every triangle's deviation is at most tolerance.at(its box), those of the
-// faces in `issues` excepted. Where the surfaces' shell is closed so is the mesh: every side of a triangle is
-// the side of exactly one other, turned round.
+// faces give their own triangles. Every triangle's deviation is at most
+// tolerance.at(its box); excepted are those of the faces in `issues`, and those whose corners stand on edges
+// that the file itself puts farther from the face. Where the surfaces' shell is closed so is the mesh: every
+// side of a triangle is the side of exactly one other, turned round.
 Tessellation tessellate(const nurbs::NurbsStore& store, std::int32_t prototype,
                         const ToleranceField& tolerance, const TessOptions& options = {});
 
