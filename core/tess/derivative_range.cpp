@@ -1,5 +1,6 @@
 #include "core/tess/derivative_range.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -136,6 +137,10 @@ class RationalRanges {
   Interval inverse_;
 };
 
+bool positive_weights(const dvec4* net, int count) {
+  return std::all_of(net, net + count, [](const dvec4& h) { return h.w > 0.0; });
+}
+
 }  // namespace
 
 DerivativeRange closed_form_range(const nurbs::Surface& s, const Box2& box) {
@@ -180,6 +185,12 @@ DerivativeRange patch_range(const dvec4* net, int p, int q, dvec2 extent, bool r
     r.vv = derivative_hull(net, p, q, 0, 2).xyz();
     r.su = largest(derivative_hull(net, p, q, 1, 0).xyz());
     r.sv = largest(derivative_hull(net, p, q, 0, 1).xyz());
+  } else if (!positive_weights(net, (p + 1) * (q + 1))) {
+    // The surface's domain has a margin, where extrapolated weights may fail: nothing is known there.
+    const Box3 all{dvec3(-kInf), dvec3(kInf)};
+    r.uu = r.uv = r.vv = all;
+    r.su = r.sv = kInf;
+    return r;
   } else {
     const RationalRanges ranges(net, p, q);
     ranges.along_u(r.uu, r.su), ranges.along_v(r.vv, r.sv), ranges.mixed(r.uv);

@@ -21,7 +21,7 @@ DerivativeRange closed_form_range(const nurbs::Surface& surface, const Box2& box
 
 // A rational Bezier patch over a box of the given extent: hulls of the derivatives' control points, the
 // quotient rule in interval arithmetic, relative to a point of the patch. net[i * (degree_v + 1) + j];
-// weights > 0.
+// A weight that is not positive makes the ranges infinite.
 DerivativeRange patch_range(const dvec4* net, int degree_u, int degree_v, dvec2 extent, bool rational);
 
 }  // namespace trimray::tess

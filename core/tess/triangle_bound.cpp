@@ -172,6 +172,12 @@ double sliver_bound(const Interpolation& interpolation, const dvec3 s[3], const 
          std::hypot(0.125 * up.side(longest) + up.kinks, 0.125 * across.side(longest) + across.kinks);
 }
 
+// Infinite ranges say nothing, and sums of them are no numbers.
+bool bounded(const CurvatureRange& r) {
+  return largest(r.second.uu) < kInf && largest(r.second.uv) < kInf && largest(r.second.vv) < kInf &&
+         (r.kinks == 0 || largest(r.kink) < kInf);
+}
+
 TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const dvec3 s[3], double enough,
                             bool sharp) {
   Box2 box;
@@ -186,6 +192,7 @@ TriangleBound general_bound(const CurvatureTree& tree, const dvec2 p[3], const d
     Box2 wide = box;
     wide.lower -= 2.0 * x * box.extent(), wide.upper += 2.0 * x * box.extent();
     const CurvatureRange range = tree.over(wide, sharp);
+    if (!bounded(range)) return r;
     const Interpolation interpolation(range, p);
     const Interpolation::Error height = interpolation.along(n);
     if (attempt == 0) {

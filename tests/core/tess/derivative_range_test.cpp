@@ -32,6 +32,20 @@ TEST(DerivativeRange, PatchesHoldTheirDerivatives) {
   }
 }
 
+// N / w has a pole where w does: there is no bound, and none must be claimed.
+TEST(DerivativeRange, WeightsThatAreNotPositiveLeaveNothingKnown) {
+  Random random(5);
+  for (const double weight : {0.0, -0.5}) {
+    auto form = nurbs::random_patch(random, 3, 2, 1.0, true);
+    form.ctrl_h[4].w = weight;
+    const DerivativeRange r = patch_range(form.ctrl_h.data(), 3, 2, {1.0, 1.0}, true);
+    for (const Box3& box : {r.uu, r.uv, r.vv})
+      for (int d = 0; d < 3; ++d) EXPECT_TRUE(box.lower[d] == -kInf && box.upper[d] == kInf);
+    EXPECT_EQ(r.su, kInf);
+    EXPECT_EQ(r.sv, kInf);
+  }
+}
+
 // The extent is what a unit of the patch's own [0, 1]^2 measures in the chart.
 TEST(DerivativeRange, ScalesWithTheExtent) {
   Random random(4);

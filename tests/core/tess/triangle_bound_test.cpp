@@ -146,6 +146,19 @@ TEST(TriangleBound, IsTightOnSmallTriangles) {
 }
 
 // Half a turn is as far as a chord can say anything of its arc.
+TEST(TriangleBound, NothingIsProvenWhereAWeightIsNotPositive) {
+  Random random(77);
+  auto form = nurbs::random_patch(random, 3, 3, 1.0, true);
+  form.ctrl_h[5].w = -0.5;
+  const auto s = nurbs::in_store(form, {{0, 0}, {1, 1}}, "a weight below 0");
+  const Chart chart(s.store, s.surface());
+  const UniformTolerance tolerance(1.0);
+  const CurvatureTree tree(s.store, chart, s.box, tolerance, kInf);
+  const dvec2 p[3] = {{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
+  const dvec3 at[3] = {chart.point(p[0]), chart.point(p[1]), chart.point(p[2])};
+  EXPECT_EQ(bound_triangle(chart, &tree, p, at).deviation, kInf);
+}
+
 TEST(TriangleBound, TrianglesThatReachAroundAreNotProven) {
   const auto cylinder = nurbs::in_store(nurbs::make_cylinder({}, 2.0), {{0, -1}, {6.2, 1}}, "cylinder");
   Soup soup(cylinder);
