@@ -19,6 +19,7 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
     "view": ("core/base/", "core/view/"),
     "tess": ("core/base/", "core/nurbs/", "core/view/", "core/tess/"),
     "trace": ("core/base/", "core/nurbs/", "core/view/", "core/trace/"),
+    "hybrid": ("core/base/", "core/nurbs/", "core/view/", "core/trace/", "core/hybrid/", "raster/seed_buffers.h"),
     "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
     "bind": ("core/",),
 }
@@ -26,7 +27,7 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
 # Libraries that only some folders may name.
 LIBRARY_RULES: dict[str, tuple[str, ...]] = {
     "tbb/": ("base",),
-    "hwy/": ("base", "trace"),
+    "hwy/": ("base", "trace", "hybrid"),
     "OpenMesh/": ("tess",),
     "CDT": ("tess",),
     "nanobind/": ("bind",),
