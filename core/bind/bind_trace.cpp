@@ -104,15 +104,16 @@ Out<std::int32_t> count_hits(const trace::Scene& scene, const In2<double, 3>& or
   return array(std::move(counts), {n});
 }
 
-trace::Caster caster(const trace::Scene& scene, bool reference) {
-  if (reference) {
-    const nurbs::NurbsStore& store = scene.store();
-    return {
-        [&store](std::span<const Ray> rays, std::span<Hit> hits) { reference::cast(store, rays, hits, 1); },
-        [&store](const Ray& ray, std::vector<Hit>& hits) { reference::cast_all(store, ray, hits); }};
-  }
-  return {[&scene](std::span<const Ray> rays, std::span<Hit> hits) { scene.cast(rays, hits, 1); },
-          [&scene](const Ray& ray, std::vector<Hit>& hits) { scene.cast_all(ray, hits); }};
+trace::Caster caster(const trace::Scene& scene, const view::Camera& camera, bool reference) {
+  if (!reference) return trace::standard_caster(scene, camera);
+  const nurbs::NurbsStore& store = scene.store();
+  trace::Caster c;
+  c.nearest = [&store](std::span<const Ray> rays, std::span<Hit> hits) {
+    reference::cast(store, rays, hits, 1);
+  };
+  c.tile = trace::tiles_of(camera, c.nearest);
+  c.all = [&store](const Ray& ray, std::vector<Hit>& hits) { reference::cast_all(store, ray, hits); };
+  return c;
 }
 
 view::Planes planes_of(const std::vector<std::string>& names) {
@@ -154,7 +155,7 @@ nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const vi
   view::Frame f;
   {
     nb::gil_scoped_release release;
-    f = trace::render(scene.store(), caster(scene, reference), options, &progress);
+    f = trace::render(scene.store(), caster(scene, camera, reference), options, &progress);
   }
   const auto h = static_cast<std::size_t>(f.height_px), w = static_cast<std::size_t>(f.width_px);
   nb::dict planes;

@@ -1,7 +1,9 @@
 #include "core/trace/render.h"
 
 #include <algorithm>
-#include <array>
+#include <vector>
+
+#include <tbb/enumerable_thread_specific.h>
 
 #include "core/base/parallel.h"
 #include "core/view/sampling.h"
@@ -10,9 +12,7 @@ namespace trimray::trace {
 
 namespace {
 
-constexpr int kTile = 32;  // px along each side, a power of two
-constexpr std::size_t kRaysAtOnce =
-    512;  // of a tile, so that they stay in cache; more only where one pixel has more
+constexpr std::size_t kMostRays = 1 << 14;                  // of a tile, so that its hits stay near the core
 constexpr float kNeutral[4] = {0.79f, 0.81f, 0.84f, 1.0f};  // light steel
 
 constexpr double kOpaque = 1.0 - 1.0 / 512.0;  // what an 8-bit picture cannot tell from opaque
@@ -35,7 +35,10 @@ class Renderer {
         options_(options),
         lighting_(options.camera.right, options.camera.up, options.camera.forward),
         pattern_(view::sample_pattern(options.samples)),
+        side_(std::max(options.tile, 1)),
         frame_(options.camera.width_px, options.camera.height_px, options.planes) {
+    const auto rays = [&] { return static_cast<std::size_t>(side_) * side_ * pattern_.size(); };
+    while (side_ > 1 && rays() > kMostRays) side_ = (side_ + 1) / 2;
     face_colors_.resize(store.faces.size());
     for (std::size_t i = 0; i < store.faces.size(); ++i) {
       if (store.faces[i].has_color()) face_colors_[i] = view::linear_color(store.faces[i].color);
@@ -48,94 +51,94 @@ class Renderer {
     }
   }
 
-  void tile(int x0, int y0) {
-    std::vector<Pixel> pixels;
-    pixels.reserve(order_.size());
-    for (const Pixel& p : order_) {
-      if (x0 + p.x < frame_.width_px && y0 + p.y < frame_.height_px) pixels.push_back({x0 + p.x, y0 + p.y});
-    }
-    Rays rays;
+  // What a thread keeps from tile to tile.
+  struct Scratch {
+    TileHits hits;
+    std::vector<Hit> layers;
+    int back_y0 = -1;               // the row of tiles that `back` and `untouched` are of
+    std::vector<view::Color> back;  // of all samples of a row of pixels, then of the next
+    std::vector<float> untouched;   // 4 a row: pixels that no ray met anything in
+  };
+
+  int side() const { return side_; }
+
+  void tile(int x0, int y0, Scratch& scratch) {
+    Tile tile{x0, y0, std::min(x0 + side_, frame_.width_px), std::min(y0 + side_, frame_.height_px),
+              pattern_};
     if (options_.planes.color) {
-      std::vector<view::Color> back;  // of all samples of a row of pixels, then of the next
-      for (int y = y0; y < std::min(y0 + kTile, frame_.height_px); ++y) {
-        for (const dvec2& place : pattern_)
-          back.push_back(options_.background.at((y + place.y) / frame_.height_px));
-      }
-      for_portions(pixels, pattern_, rays,
-                   [&](std::span<const Pixel> portion) { color(portion, rays, y0, back); });
+      look_behind(tile, scratch);
+      caster_.tile(tile, scratch.hits);
+      color(tile, scratch);
     }
-    const bool seen_centres = options_.planes.color && pattern_.size() == 1;
-    if (!options_.planes.geometric() || seen_centres) return;
-    const std::vector<dvec2> centre{{0.5, 0.5}};
-    for_portions(pixels, centre, rays, [&](std::span<const Pixel> portion) { geometry(portion, rays); });
+    if (!options_.planes.geometric()) return;
+    if (!options_.planes.color || pattern_.size() != 1) {
+      tile.places = {&kCentre, 1};
+      caster_.tile(tile, scratch.hits);
+    }
+    geometry(tile, scratch.hits);
   }
 
   view::Frame take() { return std::move(frame_); }
 
  private:
-  struct Pixel {
-    int x = 0, y = 0;
-  };
-  // All rays of the first pixel, then all of the second.
-  struct Rays {
-    std::vector<Ray> rays;
-    std::vector<Hit> hits, layers;
-  };
+  static constexpr dvec2 kCentre{0.5, 0.5};
 
-  // The pixels of a tile along the Z-order curve: any 64 rays in a row, a packet, stay within a small square,
-  // with the samples of a pixel side by side.
-  static std::vector<Pixel> z_order() {
-    std::vector<Pixel> order(kTile * kTile);
-    for (int i = 0; i < kTile * kTile; ++i) {
-      for (int b = 0; (1 << b) < kTile; ++b) {
-        order[i].x |= ((i >> (2 * b)) & 1) << b, order[i].y |= ((i >> (2 * b + 1)) & 1) << b;
+  void look_behind(const Tile& tile, Scratch& scratch) const {
+    if (scratch.back_y0 == tile.y0) return;
+    scratch.back_y0 = tile.y0;
+    scratch.back.clear(), scratch.untouched.clear();
+    for (int y = tile.y0; y < tile.y1; ++y) {
+      Light light;
+      for (const dvec2& place : pattern_) {
+        scratch.back.push_back(options_.background.at((y + place.y) / frame_.height_px));
+        add(seen(scratch.back.back()), light);
       }
-    }
-    return order;
-  }
-
-  template <typename Use>
-  void for_portions(std::span<const Pixel> pixels, const std::vector<dvec2>& places, Rays& r,
-                    const Use& use) const {
-    const std::size_t most = std::max<std::size_t>(kRaysAtOnce / places.size(), 1);
-    for (std::size_t begin = 0; begin < pixels.size(); begin += most) {
-      const auto portion = pixels.subspan(begin, std::min(most, pixels.size() - begin));
-      r.rays.clear();
-      r.rays.reserve(portion.size() * places.size());
-      for (const Pixel& p : portion) {
-        for (const dvec2& place : places) {
-          const view::CameraRay ray = options_.camera.ray(p.x + place.x, p.y + place.y);
-          r.rays.push_back({ray.org, ray.dir, 0.0, kInf});
-        }
-      }
-      r.hits.assign(r.rays.size(), {});
-      caster_.nearest(r.rays, r.hits);
-      use(portion);
+      float encoded[4];
+      encode(light, encoded);
+      scratch.untouched.insert(scratch.untouched.end(), encoded, encoded + 4);
     }
   }
 
-  void color(std::span<const Pixel> pixels, Rays& r, int y0, std::span<const view::Color> back) {
-    const std::size_t samples = pattern_.size();
-    std::size_t i = 0;
+  void color(const Tile& tile, Scratch& scratch) {
+    for (int y = tile.y0; y < tile.y1; ++y) {
+      const float* untouched = &scratch.untouched[4 * static_cast<std::size_t>(y - tile.y0)];
+      float* row = &frame_.color[4 * index(tile.x0, y)];
+      for (int x = tile.x0; x < tile.x1; ++x, row += 4) std::copy_n(untouched, 4, row);
+    }
+    const TileHits& hits = scratch.hits;
+    const auto samples = static_cast<std::int32_t>(pattern_.size());
     Light last{dvec3(-1.0), -1.0};
     float encoded[4];
-    for (const Pixel& p : pixels) {
+    for (std::size_t i = 0; i < hits.ray.size();) {
+      const std::int32_t pixel = hits.ray[i] / samples;
+      const int row = pixel / tile.width(), x = tile.x0 + pixel % tile.width(), y = tile.y0 + row;
+      const view::Color* back = &scratch.back[static_cast<std::size_t>(row) * samples];
       Light light;
-      for (std::size_t s = 0; s < samples; ++s, ++i) {
-        add(seen(r.rays[i], r.hits[i], back[(p.y - y0) * samples + s], r.layers), light);
+      for (std::int32_t s = 0; s < samples; ++s) {
+        if (i < hits.ray.size() && hits.ray[i] == pixel * samples + s) {
+          add(seen(ray(x, y, pattern_[s]), hits.hit[i], back[s], scratch.layers), light);
+          ++i;
+        } else {
+          add(seen(back[s]), light);
+        }
       }
-      // Flat faces and backgrounds give equal light over and over: the encoding costs more than the asking.
+      // Flat faces give equal light over and over: the encoding costs more than the asking.
       if (light.rgb != last.rgb || light.alpha != last.alpha) encode(light, encoded);
       last = light;
-      std::copy_n(encoded, 4, &frame_.color[4 * index(p.x, p.y)]);
+      std::copy_n(encoded, 4, &frame_.color[4 * index(x, y)]);
     }
-    if (pattern_.size() == 1) geometry(pixels, r);
   }
 
-  void geometry(std::span<const Pixel> pixels, const Rays& r) {
-    if (!options_.planes.geometric()) return;
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-      write_geometry(pixels[i].x, pixels[i].y, r.rays[i], r.hits[i]);
+  void geometry(const Tile& tile, const TileHits& hits) {
+    for (std::size_t i = 0; i < hits.ray.size(); ++i) {
+      const int x = tile.x0 + hits.ray[i] % tile.width(), y = tile.y0 + hits.ray[i] / tile.width();
+      write_geometry(x, y, hits.hit[i]);
+    }
+  }
+
+  Ray ray(int x, int y, const dvec2& place) const {
+    const view::CameraRay ray = options_.camera.ray(x + place.x, y + place.y);
+    return {ray.org, ray.dir, 0.0, kInf};
   }
 
   static void add(const Light& sample, Light& sum) { sum.rgb += sample.rgb, sum.alpha += sample.alpha; }
@@ -147,21 +150,25 @@ class Renderer {
   // One sample: the face, whatever shines through it, and the background.
   Light seen(const Ray& ray, const Hit& hit, const view::Color& back, std::vector<Hit>& layers) const {
     Light light;
-    if (hit.face != kNoFace) {
-      const view::Color& color = color_of(hit);
-      light.behind(view::shade(lighting_, hit.normal, ray.dir, color.rgb, options_.orientation),
-                   opacity(color));
-      if (light.alpha < kOpaque) {
-        layers.clear();
-        caster_.all(ray, layers);
-        for (const Hit& layer : layers) {
-          if (!(layer.t > hit.t) || light.alpha >= kOpaque) continue;
-          const view::Color& c = color_of(layer);
-          light.behind(view::shade(lighting_, layer.normal, ray.dir, c.rgb, options_.orientation),
-                       opacity(c));
-        }
+    const view::Color& color = color_of(hit);
+    light.behind(view::shade(lighting_, hit.normal, ray.dir, color.rgb, options_.orientation),
+                 opacity(color));
+    if (light.alpha < kOpaque) {
+      layers.clear();
+      caster_.all(ray, layers);
+      for (const Hit& layer : layers) {
+        if (!(layer.t > hit.t) || light.alpha >= kOpaque) continue;
+        const view::Color& c = color_of(layer);
+        light.behind(view::shade(lighting_, layer.normal, ray.dir, c.rgb, options_.orientation), opacity(c));
       }
     }
+    light.behind(back.rgb, back.alpha);
+    return light;
+  }
+
+  // A sample that met nothing.
+  static Light seen(const view::Color& back) {
+    Light light;
     light.behind(back.rgb, back.alpha);
     return light;
   }
@@ -177,15 +184,15 @@ class Renderer {
     out[3] = static_cast<float>(std::min(alpha, 1.0));
   }
 
-  void write_geometry(int x, int y, const Ray& ray, const Hit& hit) {
-    if (hit.face == kNoFace) return;
+  void write_geometry(int x, int y, const Hit& hit) {
     const std::size_t i = index(x, y);
     if (options_.planes.depth) frame_.depth[i] = hit.t;
-    const dvec3 p = ray.org + hit.t * ray.dir;
-    for (int c = 0; c < 3; ++c) {
-      if (options_.planes.position) frame_.position[3 * i + c] = p[c];
-      if (options_.planes.normal) frame_.normal[3 * i + c] = hit.normal[c];
+    if (options_.planes.position) {
+      const Ray r = ray(x, y, kCentre);
+      const dvec3 p = r.org + hit.t * r.dir;
+      for (int c = 0; c < 3; ++c) frame_.position[3 * i + c] = p[c];
     }
+    for (int c = 0; c < 3 && options_.planes.normal; ++c) frame_.normal[3 * i + c] = hit.normal[c];
     for (int c = 0; c < 2 && options_.planes.uv; ++c) frame_.uv[2 * i + c] = hit.uv_face[c];
     if (options_.planes.face) frame_.face[i] = hit.face;
     if (options_.planes.instance) frame_.instance[i] = hit.instance;
@@ -198,7 +205,7 @@ class Renderer {
   const RenderOptions& options_;
   view::Lighting lighting_;
   std::vector<dvec2> pattern_;
-  const std::vector<Pixel> order_ = z_order();
+  int side_ = 1;
   view::Frame frame_;
   std::vector<view::Color> face_colors_, instance_colors_;
 };
@@ -208,14 +215,17 @@ class Renderer {
 view::Frame render(const nurbs::NurbsStore& store, const Caster& caster, const RenderOptions& options,
                    Progress* progress) {
   Renderer renderer(store, caster, options);
-  const int columns = (options.camera.width_px + kTile - 1) / kTile;
-  const int rows = (options.camera.height_px + kTile - 1) / kTile;
+  const int side = renderer.side();
+  const int columns = (options.camera.width_px + side - 1) / side;
+  const int rows = (options.camera.height_px + side - 1) / side;
   const std::size_t tiles = static_cast<std::size_t>(columns) * rows;
   if (progress) progress->total = static_cast<std::int64_t>(tiles);
+  tbb::enumerable_thread_specific<Renderer::Scratch> scratch;
   parallel_ranges(tiles, 1, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (progress && progress->cancelled) return;
-      renderer.tile(static_cast<int>(i % columns) * kTile, static_cast<int>(i / columns) * kTile);
+      renderer.tile(static_cast<int>(i % columns) * side, static_cast<int>(i / columns) * side,
+                    scratch.local());
       if (progress) ++progress->done;
     }
   });

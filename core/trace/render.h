@@ -2,24 +2,14 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
-#include <span>
-#include <vector>
 
 #include "core/nurbs/store.h"
-#include "core/trace/ray.h"
+#include "core/trace/caster.h"
 #include "core/view/camera.h"
 #include "core/view/frame.h"
 #include "core/view/shade.h"
 
 namespace trimray::trace {
-
-// Who answers the rays: the standard tracer or the reference. Both are called from many threads at once and
-// must not start threads of their own.
-struct Caster {
-  std::function<void(std::span<const Ray>, std::span<Hit>)> nearest;
-  std::function<void(const Ray&, std::vector<Hit>&)> all;  // sorted by t; asked only behind translucent faces
-};
 
 struct RenderOptions {
   view::Camera camera;
@@ -27,6 +17,7 @@ struct RenderOptions {
   view::Background background;
   int samples = 4;           // rays per pixel for the colour, >= 1
   bool orientation = false;  // tint faces that turn their inner side to the eye
+  int tile = 32;             // px along the sides of what is traced at once, >= 1; fewer for many samples
   int threads = 0;           // 0: all cores
 };
 
