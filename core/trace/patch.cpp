@@ -1,9 +1,12 @@
 #include "core/trace/patch.h"
 
+#include <algorithm>
+
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/trace/clipping.h"
 #include "core/trace/newton.h"
+#include "core/trace/newton_seeded.h"
 #include "core/trace/patch_build.h"
 #include "core/trace/patch_data.h"
 #include "core/trace/patch_offset.h"
@@ -41,7 +44,9 @@ PatchSet::PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::
       }
     }
   });
+  impl_->first_face = faces.begin;
   for (PatchPool& pool : pools) {
+    pool.grids.resize(1);  // faces without patches: an empty one
     append_pool(pool, *impl_);
     pool = PatchPool();
   }
@@ -55,7 +60,8 @@ std::span<const PatchLeaf> PatchSet::leaves() const { return impl_->leaves; }
 std::int64_t PatchSet::bytes() const {
   const auto size = [](const auto& v) { return static_cast<std::int64_t>(v.capacity() * sizeof(v[0])); };
   return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) +
-         size(impl_->leaves);
+         size(impl_->leaves) + size(impl_->splits) + size(impl_->grids) + size(impl_->breaks) +
+         size(impl_->cells);
 }
 
 std::int64_t PatchSet::refused() const { return impl_->refused; }
@@ -64,6 +70,27 @@ void PatchSet::solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) co
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
   solve_leaf(patch, impl_->net.data() + patch.net, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays,
              out);
+  out.patch = impl_->leaves[leaf].patch;
+}
+
+std::int32_t PatchSet::patch_at(std::int32_t face, dvec2 uv_face) const {
+  const PatchGrid& grid = impl_->grids[face - impl_->first_face];
+  if (grid.count_u == 0 || grid.count_v == 0) return -1;
+  const double* u = impl_->breaks.data() + grid.breaks;
+  const double* v = u + grid.count_u - 1;
+  const auto i = std::upper_bound(u, v, uv_face.x) - u;
+  const auto j = std::upper_bound(v, v + grid.count_v - 1, uv_face.y) - v;
+  return impl_->cells[grid.cells + i * grid.count_v + j];
+}
+
+void PatchSet::solve_seeded(std::int32_t patch, const RayLanes& rays, const SeedLanes& seeds,
+                            SeededRoots& out) const {
+  solve_from_seeds(impl_->patches[patch], *impl_, rays, seeds, out);
+}
+
+std::uint32_t PatchSet::rules_out(std::int32_t leaf, const RayLanes& rays, const double* param_u,
+                                  const double* param_v) const {
+  return lies_beside(impl_->bounds[leaf], rays, param_u, param_v);
 }
 
 bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {

@@ -38,10 +38,27 @@ struct RayLanes {
 struct RootLanes {
   alignas(64) double t[kLanes], u[kLanes], v[kLanes];  // valid where one; u, v are uv_face
   alignas(64) double normal_x[kLanes], normal_y[kLanes],
-      normal_z[kLanes];     // Su x Sv, unit, not yet turned outward
-  std::uint32_t one = 0;    // exactly one root on this leaf, polished
-  std::uint32_t none = 0;   // certainly no root on this leaf
-  std::uint32_t steps = 0;  // Newton steps taken, for the counters
+      normal_z[kLanes];                                 // Su x Sv, unit, not yet turned outward
+  std::uint32_t one = 0;                                // exactly one root on this leaf, polished
+  std::uint32_t none = 0;                               // certainly no root on this leaf
+  std::uint32_t steps = 0;                              // Newton steps taken, for the counters
+  alignas(64) double param_u[kLanes], param_v[kLanes];  // where one: the root in parameters of `patch`
+  std::int32_t patch = -1;                              // the leaf's
+};
+
+// Starts for Newton's method, a lane each, in uv_face. Anything goes: a wrong one costs time.
+struct SeedLanes {
+  alignas(64) double u[kLanes], v[kLanes];
+};
+
+// What solve_seeded() is certain of. Lanes that are not in `one` say nothing.
+struct SeededRoots {
+  alignas(64) double t[kLanes], u[kLanes], v[kLanes];  // as in RootLanes
+  alignas(64) double normal_x[kLanes], normal_y[kLanes], normal_z[kLanes];
+  alignas(64) double param_u[kLanes], param_v[kLanes];
+  std::int32_t leaf[kLanes];  // where the root lies, of this patch
+  std::uint32_t one = 0;      // leaf[i] has exactly one root on the line of ray i, and this is it
+  std::uint32_t steps = 0;    // Newton steps taken, for the counters
 };
 
 // Two reports of one root: a root on a knot line is found on both of its patches, one on a seam at both ends
@@ -77,6 +94,22 @@ class PatchSet {
   // last Newton step, so the same root found through a neighbouring leaf or from another seed has the same
   // bits.
   void solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const;
+
+  // The patch of `face` whose part of the surface holds uv_face, or one near it; -1 for a face without
+  // patches. Time: the logarithm of the number of knot spans.
+  std::int32_t patch_at(std::int32_t face, dvec2 uv_face) const;
+
+  // Newton's method from seeds on one patch, on the whole line. Where `one` is set, the uniqueness proof of
+  // leaf[i] holds for ray i, its root has been found, and its numbers are to the last bit those that
+  // solve(leaf[i]) reports for it, or all_roots() where solve() leaves the leaf open. Lanes for which that is
+  // not certain are left out: solve() is for them. Never set on offset patches.
+  void solve_seeded(std::int32_t patch, const RayLanes& rays, const SeedLanes& seeds, SeededRoots& out) const;
+
+  // Active lanes whose root, at param_u, param_v of the leaf's own patch, lies beside the leaf but within
+  // reach of its uniqueness proof: the leaf has no root on that line. The parameters are those of
+  // solve_seeded() or solve() on that patch, of lanes where one; they are read on the other lanes, too.
+  std::uint32_t rules_out(std::int32_t leaf, const RayLanes& rays, const double* param_u,
+                          const double* param_v) const;
 
   // Scalar, certain, for the lanes that solve() leaves open: appends every root of the line on the leaf
   // (Bezier clipping on the distance net, Nishita 1990, with subdivision; offsets by interval subdivision),

@@ -71,7 +71,8 @@ bool touches_pole(const Patch& patch, const SubDomain& d) {
          ((patch.poles & kSideV0) && d.v0 <= 0.0) || ((patch.poles & kSideV1) && d.v1 >= 1.0);
 }
 
-void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
+// Returns the part's place in the tree, as LeafSplit::child.
+std::int32_t cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
   const Patch patch = pool.patches[index];
   const dvec4* net = pool.net.data() + patch.net;
   const LeafProof proof = prove_leaf(patch, net, d);
@@ -85,9 +86,11 @@ void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
       low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
     else
       low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
-    cut(index, low, cuts + 1, pool);
-    cut(index, high, cuts + 1, pool);
-    return;
+    const auto place = static_cast<std::int32_t>(pool.splits.size());
+    pool.splits.push_back({static_cast<float>(in_u ? low.u1 : low.v1), in_u, {-1, -1}});
+    const std::int32_t below = cut(index, low, cuts + 1, pool), above = cut(index, high, cuts + 1, pool);
+    pool.splits[place].child[0] = below, pool.splits[place].child[1] = above;
+    return place;
   }
   PatchLeaf leaf;
   leaf.box = proof.box;
@@ -99,12 +102,31 @@ void cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
   leaf.sub = static_cast<std::int32_t>(pool.leaves.size());
   pool.leaves.push_back(leaf);
   pool.bounds.push_back(proof.bound);
+  return ~leaf.sub;
+}
+
+// Patch::bend.
+double bend_of(const Patch& patch, const dvec4* net) {
+  const int du = patch.degree_u, dv = patch.degree_v, row = dv + 1;
+  const auto size = [&](const dvec4& d) {
+    return glm::length(dvec3(d.x, d.y, d.z)) + std::fabs(d.w) * patch.size;
+  };
+  double uu = 0.0, uv = 0.0, vv = 0.0;
+  for (int i = 0; i <= du; ++i)
+    for (int j = 0; j <= dv; ++j) {
+      const dvec4* p = net + i * row + j;
+      if (i + 2 <= du) uu = std::max(uu, size((p[2 * row] - p[row]) - (p[row] - p[0])));
+      if (j + 2 <= dv) vv = std::max(vv, size((p[2] - p[1]) - (p[1] - p[0])));
+      if (i < du && j < dv) uv = std::max(uv, size((p[row + 1] - p[row]) - (p[1] - p[0])));
+    }
+  return 0.5 * (du * (du - 1) * uu + 2.0 * du * dv * uv + dv * (dv - 1) * vv);
 }
 
 // One direction's spans that meet [lo, hi] of uv_face; the first and last reach beyond the knots if needed.
 struct SpanPart {
   int span;
   ParamCurve map;
+  double lower;      // uv_face, where it begins
   ParamCurve tight;  // cut back to the knots: where the widened part has a weight that is not positive
 };
 
@@ -123,7 +145,7 @@ std::vector<SpanPart> parts_between(std::span<const double> knots, int degree, n
     const double s0 = nurbs::map_parameter(map, a, b, u0).s, s1 = nurbs::map_parameter(map, a, b, u1).s;
     const double t0 = std::clamp(s0, a, b), t1 = std::clamp(s1, a, b);
     const ParamCurve wide{map, s0, s1 - s0, a, b - a};
-    parts.push_back({k, wide, t0 < t1 ? ParamCurve{map, t0, t1 - t0, a, b - a} : wide});
+    parts.push_back({k, wide, u0, t0 < t1 ? ParamCurve{map, t0, t1 - t0, a, b - a} : wide});
   }
   return parts;
 }
@@ -220,6 +242,13 @@ class SpanCutter {
   dvec4 net_[kMaxNet];
 };
 
+// Cells whose patch is missing take the one before them, the first ones the one behind.
+void fill_gaps(std::span<std::int32_t> cells) {
+  std::int32_t last = -1;
+  for (std::int32_t& cell : cells) last = cell = cell < 0 ? last : cell;
+  for (std::size_t k = cells.size(); k-- > 0;) last = cells[k] = cells[k] < 0 ? last : cells[k];
+}
+
 void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2& box, PatchPool& pool) {
   const nurbs::Face& f = store.faces[face];
   const nurbs::Surface& surface = store.surfaces[f.surface];
@@ -228,6 +257,10 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
       parts_between(cutter.knots_u(), surface.degree_u, surface.map_u, box.lower.x, box.upper.x);
   const auto parts_v =
       parts_between(cutter.knots_v(), surface.degree_v, surface.map_v, box.lower.y, box.upper.y);
+  PatchGrid grid{static_cast<std::int32_t>(parts_u.size()), static_cast<std::int32_t>(parts_v.size()),
+                 static_cast<std::int64_t>(pool.breaks.size()), static_cast<std::int64_t>(pool.cells.size())};
+  for (const auto* parts : {&parts_u, &parts_v})
+    for (std::size_t k = 1; k < parts->size(); ++k) pool.breaks.push_back((*parts)[k].lower);
   for (const SpanPart& pu : parts_u) {
     cutter.choose_u(pu.span, pu.map);
     for (const SpanPart& pv : parts_v) {
@@ -236,6 +269,7 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
                              surface.offset, f.reversed, u, v},
                             pool);
       };
+      pool.cells.push_back(static_cast<std::int32_t>(pool.patches.size()));
       if (append(pu.map, pv.map)) continue;
       // Weights may turn negative beyond the knots: then without the margin, first in one direction.
       bool done = append(pu.map, pv.tight);
@@ -244,9 +278,11 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
         done = append(pu.tight, pv.map) || append(pu.tight, pv.tight);
         cutter.choose_u(pu.span, pu.map);
       }
-      if (!done) ++pool.refused;
+      if (!done) ++pool.refused, pool.cells.back() = -1;
     }
   }
+  fill_gaps(std::span(pool.cells).subspan(grid.cells));
+  pool.grids.push_back(grid);
 }
 
 }  // namespace
@@ -273,10 +309,21 @@ void append_pool(const PatchPool& b, PatchPool& a) {
   const auto net = static_cast<std::int64_t>(a.net.size()), coef = static_cast<std::int64_t>(a.coef.size());
   const auto patch = static_cast<std::int32_t>(a.patches.size());
   const auto leaf = static_cast<std::int32_t>(a.leaves.size());
+  const auto splits = static_cast<std::int32_t>(a.splits.size());
+  const auto moved = [&](std::int32_t child) { return child >= 0 ? child + splits : child - leaf; };
   for (Patch p : b.patches) {
-    p.net += net, p.coef += coef;
+    p.net += net, p.coef += coef, p.splits = moved(p.splits);
     a.patches.push_back(p);
   }
+  for (const LeafSplit& s : b.splits)
+    a.splits.push_back({s.at, s.in_u, {moved(s.child[0]), moved(s.child[1])}});
+  for (PatchGrid g : b.grids) {
+    g.breaks += static_cast<std::int64_t>(a.breaks.size());
+    g.cells += static_cast<std::int64_t>(a.cells.size());
+    a.grids.push_back(g);
+  }
+  a.breaks.insert(a.breaks.end(), b.breaks.begin(), b.breaks.end());
+  for (const std::int32_t cell : b.cells) a.cells.push_back(cell < 0 ? cell : cell + patch);
   for (PatchLeaf l : b.leaves) {
     l.patch += patch, l.sub += leaf;
     a.leaves.push_back(l);
@@ -322,9 +369,11 @@ bool append_patch(const PatchInput& input, PatchPool& pool) {
     patch.max_weight = std::max(patch.max_weight, h.w);
   }
   patch.poles = collapsed_sides(pool.net.data() + patch.net, du, dv, patch.size);
+  patch.bend = bend_of(patch, pool.net.data() + patch.net);
   append_coefficients(patch, pool);
+  const auto index = static_cast<std::int32_t>(pool.patches.size());
   pool.patches.push_back(patch);
-  cut(static_cast<std::int32_t>(pool.patches.size()) - 1, {0.0, 1.0, 0.0, 1.0}, 0, pool);
+  pool.patches[index].splits = cut(index, {0.0, 1.0, 0.0, 1.0}, 0, pool);
   return true;
 }
 

@@ -36,6 +36,9 @@ struct Patch {
                             // same for all patches of a face, so that those around a pole agree
   double offset = 0.0;
   double max_weight = 1.0;  // of net; the first is 1
+  double bend = 0.0;        // half the second derivative of P - w o, for o on the patch, along steps of 1 in
+                            // both parameters: what a Newton step leaves is at most bend * step^2, mm
+  std::int32_t splits = 0;  // root of the tree of leaves, as LeafSplit::child
   dvec3 origin{0.0};        // everything below is relative to it
   std::int64_t net = 0;     // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
   std::int64_t coef = 0;    // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
@@ -55,6 +58,20 @@ struct alignas(64) LeafBound {
   double unique, unique_a, unique_b;
 };
 
+// Where a patch, or a part of it, was halved. child: PatchPool::splits, or ~leaf.
+struct LeafSplit {
+  float at = 0.0f;  // exact
+  bool in_u = false;
+  std::int32_t child[2] = {-1, -1};  // below `at`, above it
+};
+
+// A face's patches in rows and columns of its uv.
+struct PatchGrid {
+  std::int32_t count_u = 0, count_v = 0;
+  std::int64_t breaks = 0;  // PatchPool::breaks: count_u - 1 of u, then count_v - 1 of v, uv_face, increasing
+  std::int64_t cells = 0;   // PatchPool::cells: [i][j]
+};
+
 // The uniqueness proof covers the leaf widened by this factor about its middle.
 inline constexpr double kExtend = 1.3;
 
@@ -67,9 +84,15 @@ struct PatchPool {
   std::vector<double> coef;
   std::vector<LeafBound> bounds;  // by leaf
   std::vector<PatchLeaf> leaves;
-  std::int64_t refused = 0;  // patches with a weight that is not positive, even without the margin
+  std::vector<LeafSplit> splits;
+  std::vector<PatchGrid> grids;  // by face
+  std::vector<double> breaks;
+  std::vector<std::int32_t> cells;  // patches; -1 only in faces without any
+  std::int64_t refused = 0;         // patches with a weight that is not positive, even without the margin
 };
 
-struct PatchSet::Impl : PatchPool {};
+struct PatchSet::Impl : PatchPool {
+  std::int32_t first_face = 0;
+};
 
 }  // namespace trimray::trace

@@ -5,43 +5,10 @@
 #include <hwy/targets.h>
 
 #include "core/trace/newton.h"
-#include "tests/core/trace/patch_rays.h"
+#include "tests/core/trace/patch_nets.h"
 
 namespace trimray::trace {
 namespace {
-
-struct Net {
-  int du = 3, dv = 3;
-  std::vector<dvec4> h;
-};
-
-// A bumpy sheet over the unit square.
-Net random_net(std::mt19937& rng, int du, int dv, double bump, bool rational) {
-  std::uniform_real_distribution<double> noise(-1.0, 1.0), weight(0.4, 2.5);
-  Net net{du, dv, {}};
-  for (int i = 0; i <= du; ++i)
-    for (int j = 0; j <= dv; ++j) {
-      const dvec3 p(double(i) / du + 0.3 * noise(rng) / du, double(j) / dv + 0.3 * noise(rng) / dv,
-                    bump * noise(rng));
-      const double w = rational ? weight(rng) : 1.0;
-      net.h.push_back(dvec4(p * w, w));
-    }
-  return net;
-}
-
-dvec4 casteljau(std::vector<dvec4> c, double t) {
-  for (std::size_t n = c.size(); n > 1; --n)
-    for (std::size_t i = 0; i + 1 < n; ++i) c[i] = (1.0 - t) * c[i] + t * c[i + 1];
-  return c[0];
-}
-
-dvec3 point(const Net& net, double u, double v) {
-  std::vector<dvec4> rows;
-  for (int i = 0; i <= net.du; ++i)
-    rows.push_back(casteljau({net.h.begin() + i * (net.dv + 1), net.h.begin() + (i + 1) * (net.dv + 1)}, v));
-  const dvec4 h = casteljau(rows, u);
-  return dvec3(h.x, h.y, h.z) / h.w;
-}
 
 // Roots within [0, 1]^2 that Newton with difference quotients reaches from any cell of the grid.
 struct Grid {
@@ -83,13 +50,6 @@ struct Grid {
     return false;
   }
 };
-
-nurbs::FaceSpec as_face(const Net& net) {
-  nurbs::FaceSpec face;
-  face.surface = nurbs::make_bezier(net.du, net.dv, net.h);
-  face.uv_box.add(dvec2(0.0)), face.uv_box.add(dvec2(1.0));
-  return face;
-}
 
 void compare(const Net& net, std::mt19937& rng, int rays) {
   const Made made(as_face(net));
@@ -163,10 +123,6 @@ RayLanes lanes_at(std::mt19937& rng, const Box3& box) {
     rays.dir_x[k] = d.x, rays.dir_y[k] = d.y, rays.dir_z[k] = d.z;
   }
   return rays;
-}
-
-Ray lane(const RayLanes& r, int k) {
-  return {{r.org_x[k], r.org_y[k], r.org_z[k]}, {r.dir_x[k], r.dir_y[k], r.dir_z[k]}};
 }
 
 // Every claim of solve() against the exhaustive search of the same leaf, and its bits against all_roots().
