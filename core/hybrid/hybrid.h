@@ -14,13 +14,13 @@ namespace trimray::hybrid {
 // Counters for reports and tests.
 struct HybridStats {
   std::uint64_t rays = 0, hits = 0;
-  std::uint64_t seeded = 0;         // hits that the seed's own surface gave
-  std::uint64_t solves = 0;         // rays x surfaces that an intersector was called for
-  std::uint64_t newton_steps = 0;   // of all solves
-  std::uint64_t newton_roots = 0;   // solves that ran Newton's method
-  std::uint64_t open = 0;           // solves that Newton's method left open: subdivision
-  std::uint64_t edge_rays = 0;      // traced one by one through the hierarchy: near an edge
-  std::uint64_t candidates = 0;     // leaves, summed over tiles
+  std::uint64_t seeded = 0;        // hits that the seed's own surface gave
+  std::uint64_t solves = 0;        // rays x surfaces that an intersector was called for
+  std::uint64_t newton_steps = 0;  // of all solves
+  std::uint64_t newton_roots = 0;  // solves that ran Newton's method
+  std::uint64_t open = 0;          // solves that Newton's method left open: subdivision
+  std::uint64_t edge_rays = 0;     // traced one by one through the hierarchy: near an edge
+  std::uint64_t candidates = 0;    // leaves, summed over tiles
 };
 
 // One camera on one scene. Immutable; trace() may be called from many threads, tile by tile.

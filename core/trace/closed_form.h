@@ -46,6 +46,13 @@ dvec3 closed_form_point(const ClosedForm& form, dvec2 uv);
 // Conservative box of the surface over a uv box (finite, at most one turn).
 Box3 closed_form_box(const ClosedForm& form, const Box2& uv);
 
+// The same as a box along the surface's tangents and normal at the middle of the uv box: center, and three
+// half axes at right angles.
+struct OrientedBox {
+  dvec3 center{0.0}, axis[3] = {dvec3(0.0), dvec3(0.0), dvec3(0.0)};
+};
+OrientedBox closed_form_oriented_box(const ClosedForm& form, const Box2& uv);
+
 // Length in mm of the uv box's longest iso-line in u and in v.
 dvec2 closed_form_lengths(const ClosedForm& form, const Box2& uv);
 

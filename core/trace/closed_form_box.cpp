@@ -117,6 +117,30 @@ Box3 closed_form_box(const ClosedForm& f, const Box2& uv) {
   return box;
 }
 
+OrientedBox closed_form_oriented_box(const ClosedForm& f, const Box2& uv) {
+  const dvec2 middle = uv.center();
+  const dvec3 pivot = closed_form_point(f, middle);
+  // Tangent along u; the frame of a plane, the meridian's normal of the others.
+  const dvec3 normal = closed_form_normal(f, middle);
+  const dvec3 across =
+      f.kind == SurfaceKind::kPlane ? f.x : -std::sin(middle.x) * f.x + std::cos(middle.x) * f.y;
+  const dvec3 frame[3] = {across, glm::cross(normal, across), normal};
+  const auto turned_in = [&](const dvec3& p) {
+    return dvec3(glm::dot(p, frame[0]), glm::dot(p, frame[1]), glm::dot(p, frame[2]));
+  };
+  ClosedForm local = f;
+  local.location = turned_in(f.location - pivot);
+  local.x = turned_in(f.x), local.y = turned_in(f.y), local.z = turned_in(f.z);
+  Box3 box = closed_form_box(local, uv);
+  // The frame is orthonormal up to rounding.
+  box.dilate(1e-14 * (glm::length(f.location) + glm::length(pivot) + box.diagonal()));
+  OrientedBox out;
+  const dvec3 center = box.center(), half = 0.5 * box.extent();
+  out.center = pivot + center.x * frame[0] + center.y * frame[1] + center.z * frame[2];
+  for (int a = 0; a < 3; ++a) out.axis[a] = half[a] * frame[a];
+  return out;
+}
+
 dvec2 closed_form_lengths(const ClosedForm& f, const Box2& uv) {
   const dvec2 extent = uv.extent();
   switch (f.kind) {

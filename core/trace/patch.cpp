@@ -57,6 +57,13 @@ PatchSet::~PatchSet() = default;
 
 std::span<const PatchLeaf> PatchSet::leaves() const { return impl_->leaves; }
 
+LeafHull PatchSet::hull(std::int32_t leaf) const {
+  const LeafBound& bound = impl_->bounds[leaf];
+  const auto vec = [](const double(&v)[3]) { return dvec3(v[0], v[1], v[2]); };
+  return {impl_->patches[impl_->leaves[leaf].patch].origin + vec(bound.center), vec(bound.a), vec(bound.b),
+          vec(bound.k)};
+}
+
 std::int64_t PatchSet::bytes() const {
   const auto size = [](const auto& v) { return static_cast<std::int64_t>(v.capacity() * sizeof(v[0])); };
   return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) +

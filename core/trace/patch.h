@@ -27,6 +27,11 @@ struct PatchLeaf {
   std::int32_t sub = -1;    // internal to PatchSet
 };
 
+// A leaf lies in the parallelepiped {center + x a + y b + z k : |x|, |y|, |z| <= 1}. mm, in the prototype.
+struct LeafHull {
+  dvec3 center{0.0}, a{0.0}, b{0.0}, k{0.0};
+};
+
 // One ray a lane, structure of arrays; inactive lanes may hold anything finite.
 struct RayLanes {
   alignas(64) double org_x[kLanes], org_y[kLanes], org_z[kLanes];
@@ -85,6 +90,7 @@ class PatchSet {
   ~PatchSet();
 
   std::span<const PatchLeaf> leaves() const;
+  LeafHull hull(std::int32_t leaf) const;
   std::int64_t bytes() const;
 
   // Bezier patches that are missing because a weight is not positive. 0 for every surface whose weights are.

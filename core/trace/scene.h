@@ -48,7 +48,8 @@ class Scene {
   // on the edge rule, within the file's own tolerance.
   bool near_edge(const Ray& ray) const;
 
-  struct Impl;  // core/trace/scene_impl.h
+  struct Impl;                                 // core/trace/scene_impl.h
+  const Impl& impl() const { return *impl_; }  // for the hybrid tracer
 
  private:
   std::unique_ptr<Impl> impl_;

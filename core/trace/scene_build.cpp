@@ -107,8 +107,37 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
     if (!finite(b)) b = {};
     box.add(b);
   }
+  hulls.reserve(primitives.size());
+  for (std::size_t i = 0; i < primitives.size(); ++i) hulls.push_back(hull_of(i, boxes[i]));
   bvh = build_bvh(boxes);
   if (finite(sieve.box())) box.add(sieve.box());
+}
+
+LeafHull PrototypeScene::hull_of(std::size_t primitive, const Box3& leaf_box) const {
+  const ScenePrimitive& p = primitives[primitive];
+  LeafHull hull;
+  if (p.kind == PrimitiveKind::kPatch) {
+    hull = patches.hull(p.leaf);
+  } else if (p.kind == PrimitiveKind::kClosedForm) {
+    const OrientedBox oriented = closed_form_oriented_box(form(p.face), closed_leaves[p.leaf].uv);
+    hull = {oriented.center, oriented.axis[0], oriented.axis[1], oriented.axis[2]};
+  } else if (!leaf_box.empty()) {
+    const dvec3 half = 0.5 * leaf_box.extent();
+    hull = {leaf_box.center(), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}};
+  }
+  // A parallelepiped grows by the slack on all sides where each axis grows by slack / height of itself.
+  const double slack = kHullSlack * diagonal;
+  const double volume = std::abs(glm::dot(glm::cross(hull.a, hull.b), hull.k));
+  if (!(volume > 0.0)) {
+    const dvec3 half = leaf_box.empty() ? dvec3(0.0) : 0.5 * leaf_box.extent() + slack;
+    return {
+        leaf_box.empty() ? dvec3(0.0) : leaf_box.center(), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}};
+  }
+  const double grow_a = 1.0 + slack * glm::length(glm::cross(hull.b, hull.k)) / volume;
+  const double grow_b = 1.0 + slack * glm::length(glm::cross(hull.a, hull.k)) / volume;
+  const double grow_k = 1.0 + slack * glm::length(glm::cross(hull.a, hull.b)) / volume;
+  hull.a *= grow_a, hull.b *= grow_b, hull.k *= grow_k;
+  return hull;
 }
 
 Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads)
@@ -138,6 +167,10 @@ Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads)
     const double determinant = glm::determinant(place.linear);
     if (!(std::abs(determinant) > 1e-30) || !finite(boxes.back())) boxes.back() = {};
     instances.push_back(instance);
+    const PrototypeScene& p = *prototypes[placed.prototype];
+    for (std::size_t f = 0; f < p.margin_mm.size(); ++f)
+      edge_reach = std::max(edge_reach, p.edge_reach(p.first_face + static_cast<std::int32_t>(f), kGrazing) *
+                                            instance.largest_stretch);
   }
   bvh = build_bvh(boxes);
   stats.bytes = bvh.bytes();

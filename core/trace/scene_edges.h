@@ -14,6 +14,7 @@ class EdgeSieve {
 
   const Bvh& bvh() const { return bvh_; }
   const Box3& box() const { return box_; }
+  std::span<const Capsule> capsules() const { return capsules_; }  // the primitives of bvh()
 
   // How far along a ray, before and behind its place on an edge's path, the edge can matter.
   static double slack(const nurbs::Edge& edge) { return 4.0 * edge.band; }

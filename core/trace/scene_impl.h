@@ -40,6 +40,7 @@ struct PrototypeScene {
   std::vector<ClosedLeaf> closed_leaves;
   TriangleBlocks triangles;
   std::vector<ScenePrimitive> primitives;
+  std::vector<LeafHull> hulls;  // as primitives, widened by kHullSlack
   Bvh bvh;
   std::vector<std::int32_t> leaf_order,
       leaf_begin;  // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
@@ -59,6 +60,7 @@ struct PrototypeScene {
   double edge_reach(std::int32_t face, double grazing) const {
     return 4.0 * margin_mm[face - first_face] / grazing;
   }
+  LeafHull hull_of(std::size_t primitive, const Box3& box) const;
   // A finished root: outward normal, sign, wrapped uv; `inside` is set too.
   Root make_root(std::int32_t face, double t, dvec2 uv, dvec3 normal, dvec3 dir) const;
   Root closed_root(std::int32_t face, const ClosedRoot& root, dvec3 dir) const;
@@ -72,6 +74,10 @@ struct PrototypeScene {
   // All roots of the whole line on one face, sorted by t, each once. Not for mesh faces.
   void face_roots(std::int32_t face, const Ray& ray, std::vector<Root>& out) const;
 };
+
+// Hulls reach this fraction of the prototype's diagonal beyond what they hold, so that rounding of a root
+// cannot put it outside.
+inline constexpr double kHullSlack = 1e-9;
 
 // Rays flatter than this to the face they hit, |cos| of the angle to the normal, are asked one by one for
 // edges behind the hit; for the others the packet's sieve reaches far enough.
@@ -93,23 +99,6 @@ struct InstanceScene {
   dvec3 normal(dvec3 n) const { return identity ? n : glm::normalize(normal_matrix * n); }
 };
 
-struct Scene::Impl {
-  std::shared_ptr<const nurbs::NurbsStore> store;
-  nurbs::TrimIndex trim;
-  std::vector<std::unique_ptr<PrototypeScene>> prototypes;
-  std::vector<InstanceScene> instances;
-  Bvh bvh;  // of the instances
-  SceneStats stats;
-
-  Impl(std::shared_ptr<const nurbs::NurbsStore> s, int threads);
-
-  // Up to kPacketSize rays; adds to stats.
-  void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
-  // Is the ray near an edge for a t up to best_t?
-  bool near_edge(const Ray& ray, double best_t) const;
-  void all_hits(const Ray& ray, std::vector<Hit>& out) const;
-};
-
 // Of two hits at one t, which counts? The order is total, so that the answer does not depend on the order
 // in which hits are found. triangle: of mesh faces, else -1.
 struct HitPlace {
@@ -124,6 +113,29 @@ inline bool comes_before(const HitPlace& a, const HitPlace& b) {
   if (a.uv.x != b.uv.x) return a.uv.x < b.uv.x;
   return a.uv.y != b.uv.y ? a.uv.y < b.uv.y : a.triangle < b.triangle;
 }
+
+struct Scene::Impl {
+  std::shared_ptr<const nurbs::NurbsStore> store;
+  nurbs::TrimIndex trim;
+  std::vector<std::unique_ptr<PrototypeScene>> prototypes;
+  std::vector<InstanceScene> instances;
+  Bvh bvh;                  // of the instances
+  double edge_reach = 0.0;  // mm, world: no hit's edges matter farther behind it (but those of grazing hits)
+  SceneStats stats;
+
+  Impl(std::shared_ptr<const nurbs::NurbsStore> s, int threads);
+
+  // Up to kPacketSize rays; adds to stats.
+  void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
+  // The hit at a place that the trim loops alone have found (t = ray.tmax and face kNoFace: none); by the
+  // edge rule where the ray is near an edge. maybe_near_edge: true wherever near_edge() could be, but at
+  // grazing hits. patch_normal: outward, in the prototype; of patch roots.
+  Hit finish(const Ray& ray, const HitPlace& place, double t, const dvec3& patch_normal, bool maybe_near_edge,
+             TraceStats& counters) const;
+  // Is the ray near an edge for a t up to best_t?
+  bool near_edge(const Ray& ray, double best_t) const;
+  void all_hits(const Ray& ray, std::vector<Hit>& out) const;
+};
 
 // Unit length up to rounding: t is then the same number in both frames.
 inline bool is_unit(double length2) { return std::abs(length2 - 1.0) <= 4e-15; }

@@ -168,14 +168,14 @@ void trace_instance(InstancePacket& packet, std::uint64_t active) {
   WorldPacket& world = packet.world;
   packet.boxes.set(packet.prototype.bvh, packet.rays, active);
   traverse(packet.prototype.bvh, packet.boxes, visit_primitive, &packet, &world.stats.nodes);
-  // Edges in front of the nearest hit so far, at it, or behind it within the reach of its face's bands.
+  // Edges in front of the nearest hit so far, at it, or behind it within the reach of any face's bands: the
+  // hit to come may lie on another face or instance.
   const EdgeSieve& sieve = packet.prototype.sieve;
   packet.boxes.set(sieve.bvh(), packet.rays, active & ~world.near_edge);
   for (std::uint64_t rest = packet.boxes.live; rest != 0; rest &= rest - 1) {
     const int i = std::countr_zero(rest);
-    if (world.place[i].instance == packet.instance)
-      packet.boxes.set_tmax(i,
-                            packet.rays.tmax[i] + packet.prototype.edge_reach(world.place[i].face, kGrazing));
+    const double reach = packet.scale ? world.scene.edge_reach * packet.scale[i] : world.scene.edge_reach;
+    packet.boxes.set_tmax(i, packet.rays.tmax[i] + reach);
   }
   if (packet.boxes.live != 0) world.near_edge |= sieve.near(packet.boxes, &world.stats.nodes);
 }
@@ -215,36 +215,39 @@ void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceSt
   traverse(bvh, packet.boxes, visit_instance, &packet, &counters.nodes);
   counters.rays += count;
 
-  std::vector<Hit> all;
-  for (std::size_t i = 0; i < count; ++i) {
-    const HitPlace& place = packet.place[i];
-    const std::int32_t face = place.face;
-    double limit = packet.rays.tmax[i];
-    bool ask = (packet.near_edge >> i) & 1;
-    out[i] = Hit{};
-    if (face != kNoFace) {
-      const InstanceScene& instance = instances[place.instance];
-      const PrototypeScene& prototype = *prototypes[instance.prototype];
-      const ClosedForm& form = prototype.form(face);
-      dvec3 n = packet.normal[i];
-      if (place.triangle >= 0) {
-        n = prototype.mesh_normal(place.triangle);
-      } else if (form.kind != nurbs::SurfaceKind::kNone) {
-        n = closed_form_normal(form, place.uv);
-        if (store->faces[face].reversed) n = -n;
-      }
-      n = instance.normal(n);
-      out[i] = {limit, face, place.instance, place.uv, n};
-      const double grazing = std::max(std::abs(glm::dot(n, rays[i].dir)), 1e-12);
-      ask |= grazing < kGrazing && place.triangle < 0;
-      if (ask) limit += prototype.edge_reach(face, grazing) * instance.largest_stretch;
+  for (std::size_t i = 0; i < count; ++i)
+    out[i] = finish(rays[i], packet.place[i], packet.rays.tmax[i], packet.normal[i],
+                    (packet.near_edge >> i) & 1, counters);
+}
+
+Hit Scene::Impl::finish(const Ray& ray, const HitPlace& place, double t, const dvec3& patch_normal,
+                        bool maybe_near_edge, TraceStats& counters) const {
+  Hit hit;
+  double limit = t;
+  bool ask = maybe_near_edge;
+  const std::int32_t face = place.face;
+  if (face != kNoFace) {
+    const InstanceScene& instance = instances[place.instance];
+    const PrototypeScene& prototype = *prototypes[instance.prototype];
+    const ClosedForm& form = prototype.form(face);
+    dvec3 n = patch_normal;
+    if (place.triangle >= 0) {
+      n = prototype.mesh_normal(place.triangle);
+    } else if (form.kind != nurbs::SurfaceKind::kNone) {
+      n = closed_form_normal(form, place.uv);
+      if (store->faces[face].reversed) n = -n;
     }
-    if (!ask || !near_edge(rays[i], limit)) continue;
-    ++counters.edge_rays;
-    all.clear();
-    all_hits(rays[i], all);
-    out[i] = all.empty() ? Hit{} : all.front();
+    n = instance.normal(n);
+    hit = {t, face, place.instance, place.uv, n};
+    const double grazing = std::max(std::abs(glm::dot(n, ray.dir)), 1e-12);
+    ask |= grazing < kGrazing && place.triangle < 0;
+    if (ask) limit += prototype.edge_reach(face, grazing) * instance.largest_stretch;
   }
+  if (!ask || !near_edge(ray, limit)) return hit;
+  ++counters.edge_rays;
+  std::vector<Hit> all;
+  all_hits(ray, all);
+  return all.empty() ? Hit{} : all.front();
 }
 
 }  // namespace trimray::trace

@@ -1,0 +1,39 @@
+#include "core/hybrid/hybrid.h"
+
+#include "core/base/error.h"
+#include "core/hybrid/tile_tracer.h"
+
+namespace trimray::hybrid {
+
+struct HybridView::Impl : ViewContext {};
+
+HybridView::HybridView(const trace::Scene& scene, const view::Camera& camera,
+                       const raster::SeedBuffers* seeds)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& v = *impl_;
+  v.scene = &scene.impl();
+  v.camera = camera;
+  v.world = CameraFrame(camera, {});
+  v.seeds = seeds;
+  const trace::Bvh& bvh = v.scene->bvh;
+  v.reference = bvh.nodes.empty() ? 0.0 : v.world.point(bvh.center).z;
+  v.instances.reserve(v.scene->instances.size());
+  for (std::size_t i = 0; i < v.scene->instances.size(); ++i)
+    v.instances.emplace_back(*v.scene, camera, static_cast<std::int32_t>(i));
+}
+
+HybridView::HybridView(HybridView&&) noexcept = default;
+HybridView::~HybridView() = default;
+
+void HybridView::trace(const trace::Tile& tile, trace::TileHits& out, HybridStats* stats) const {
+  if (tile.width() > kMaxTile || tile.y1 - tile.y0 > kMaxTile) throw ArgumentError("tile: too large");
+  out.ray.clear(), out.hit.clear();
+  thread_local TileState state;
+  HybridStats unused;
+  TileTracer tracer(*impl_, tile, state, stats ? *stats : unused);
+  tracer.leaves();
+  tracer.edges();
+  tracer.finish(out);
+}
+
+}  // namespace trimray::hybrid

@@ -1,0 +1,250 @@
+#include "core/hybrid/tile_tracer.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/hybrid/edge_mask.h"
+#include "core/hybrid/tile_walk.h"
+
+namespace trimray::hybrid {
+
+using trace::Hit;
+using trace::HitPlace;
+using trace::Ray;
+using trace::ScenePrimitive;
+
+namespace {
+
+// The same ray as trace's packets have it: not below, for comparisons of depths.
+float depth_above(double depth) { return static_cast<float>(depth + 1e-6 * std::abs(depth)); }
+
+}  // namespace
+
+TileTracer::TileTracer(const ViewContext& view, const trace::Tile& tile, TileState& state, HybridStats& stats)
+    : view_(view),
+      tile_(tile),
+      state_(state),
+      stats_(stats),
+      width_(tile.width()),
+      height_(tile.y1 - tile.y0) {
+  const dvec2 middle = 0.5 * dvec2(view.camera.width_px, view.camera.height_px);
+  rect_ = {tile.x0 - middle.x, tile.y0 - middle.y, tile.x1 - middle.x, tile.y1 - middle.y};
+  state.reset(tile);
+}
+
+float TileTracer::far() const {
+  float far = -kFarDepth;
+  for (std::size_t p = 0; p < tile_.places.size(); ++p)
+    for (int y = 0; y < height_; ++y) {
+      const float* row = state_.best.data() + p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile;
+      float most = row[0];
+      for (int x = 1; x < width_; ++x) most = row[x] > most ? row[x] : most;
+      if (most == kFarDepth) return most;
+      far = std::max(far, most);
+    }
+  return far;
+}
+
+void TileTracer::leaves() {
+  far_ = far();
+  const auto limit = [&] { return far_; };
+  const trace::Scene::Impl& scene = *view_.scene;
+  walk_tile(scene.bvh, TileSpace(view_.world, scene.bvh, rect_, view_.reference), limit,
+            [&](std::int32_t index, float) {
+              const InstanceView& instance = view_.instances[index];
+              const trace::Bvh& bvh = instance.prototype->bvh;
+              walk_tile(bvh, TileSpace(instance.frame, bvh, rect_, view_.reference), limit,
+                        [&](std::int32_t primitive, float) { leaf(instance, primitive); });
+            });
+}
+
+void TileTracer::leaf(const InstanceView& view, std::int32_t primitive) {
+  ++stats_.candidates;
+  const trace::LeafHull& h = view.prototype->hulls[primitive];
+  const CameraFrame& frame = view.frame;
+  const Footprint footprint = make_footprint(
+      {frame.point(h.center), frame.direction(h.a), frame.direction(h.b), frame.direction(h.k)},
+      frame.perspective, rect_, width_, height_, view_.reference);
+  if (footprint.x0 >= footprint.x1) return;
+  std::int32_t slots[trace::kPacketSize];
+  std::size_t count = 0;
+  bool met = false;
+  for (std::size_t p = 0; p < tile_.places.size(); ++p) {
+    std::uint64_t rows[kMaxTile];
+    cover(footprint, state_.best.data() + p * kTileSlots, static_cast<float>(tile_.places[p].x - 0.5),
+          static_cast<float>(tile_.places[p].y - 0.5), width_, height_, rows);
+    for (int y = footprint.y0; y < footprint.y1; ++y)
+      for (std::uint64_t rest = rows[y]; rest != 0; rest &= rest - 1) {
+        slots[count++] = static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + std::countr_zero(rest);
+        if (count < trace::kPacketSize) continue;
+        solve(view, primitive, {slots, count});
+        count = 0, met = true;
+      }
+  }
+  if (count > 0) solve(view, primitive, {slots, count}), met = true;
+  if (met && --leaves_until_far_ <= 0) far_ = far(), leaves_until_far_ = 8;
+}
+
+trace::Ray TileTracer::local_ray(const InstanceView& view, std::int32_t slot, double& scale) const {
+  const dvec2 place = tile_.places[slot / kTileSlots];
+  const int x = tile_.x0 + slot % kMaxTile, y = tile_.y0 + slot % kTileSlots / kMaxTile;
+  const view::CameraRay ray = view_.camera.ray(x + place.x, y + place.y);
+  return view.instance->local({ray.org, ray.dir, 0.0, kInf}, scale);
+}
+
+bool TileTracer::inside(const InstanceView& view, const ScenePrimitive& p, const Box2& core, dvec2 raw,
+                        dvec2& wrapped) const {
+  wrapped = view.prototype->trim.wrap(p.face, raw);
+  if (p.inside && (core.contains(raw) || core.contains(wrapped))) return true;
+  return view.prototype->inside(p.face, wrapped);
+}
+
+void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local, double scale,
+                          std::int32_t face, dvec2 uv, const dvec3* normal, std::int32_t triangle) {
+  const double t = t_local / scale, best = state_.t[slot];
+  if (!(t >= 0.0 && t <= best)) return;
+  const HitPlace place{view.index, face, uv, triangle};
+  if (t == best && !comes_before(place, state_.place[slot])) return;
+  state_.place[slot] = place;
+  if (normal) state_.normal[slot] = *normal;
+  state_.t[slot] = t;
+  double depth = t;
+  if (view_.camera.perspective) {
+    const dvec2 at = tile_.places[slot / kTileSlots];
+    const int x = tile_.x0 + slot % kMaxTile, y = tile_.y0 + slot % kTileSlots / kMaxTile;
+    const double dx = (x + at.x - 0.5 * view_.camera.width_px) * view_.camera.pixel,
+                 dy = (y + at.y - 0.5 * view_.camera.height_px) * view_.camera.pixel;
+    depth = t / std::sqrt(1.0 + dx * dx + dy * dy) * (1.0 + 1e-14);
+  }
+  state_.best[slot] = depth_above(depth - view_.reference);
+}
+
+void TileTracer::solve(const InstanceView& view, std::int32_t primitive,
+                       std::span<const std::int32_t> slots) {
+  const ScenePrimitive& p = view.prototype->primitives[primitive];
+  stats_.solves += slots.size();
+  switch (p.kind) {
+    case trace::PrimitiveKind::kClosedForm:
+      return closed_leaf(view, p, slots);
+    case trace::PrimitiveKind::kPatch:
+      return patch_leaf(view, p, slots);
+    case trace::PrimitiveKind::kTriangles:
+      return triangle_block(view, p, slots);
+  }
+}
+
+void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
+                             std::span<const std::int32_t> slots) {
+  const trace::ClosedLeaf& leaf = view.prototype->closed_leaves[p.leaf];
+  const trace::ClosedForm& form = view.prototype->form(p.face);
+  for (const std::int32_t slot : slots) {
+    double scale;
+    const Ray ray = local_ray(view, slot, scale);
+    trace::ClosedRoot roots[trace::kMaxClosedRoots];
+    const int count = closed_form_roots(form, ray.org, ray.dir, leaf.uv, ray.tmin, ray.tmax, roots);
+    for (int k = 0; k < count; ++k) {
+      dvec2 uv;
+      if (!inside(view, p, leaf.core, roots[k].uv, uv)) continue;
+      consider(view, slot, roots[k].t, scale, p.face, uv, nullptr);
+      break;
+    }
+  }
+}
+
+void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
+                            std::span<const std::int32_t> slots) {
+  const trace::PatchSet& patches = view.prototype->patches;
+  const trace::PatchLeaf& leaf = patches.leaves()[p.leaf];
+  const bool reversed = view.prototype->store.faces[p.face].reversed;
+  const auto root = [&](std::int32_t slot, double t, double scale, dvec2 raw, const dvec3& normal) {
+    if (!(t >= 0.0 && t / scale <= state_.t[slot])) return;
+    dvec2 uv;
+    if (inside(view, p, leaf.uv_face, raw, uv)) consider(view, slot, t, scale, p.face, uv, &normal);
+  };
+  for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
+    const int count = static_cast<int>(std::min<std::size_t>(trace::kLanes, slots.size() - begin));
+    trace::RayLanes lanes;
+    double scale[trace::kLanes];
+    for (int k = 0; k < trace::kLanes; ++k) {
+      const Ray ray = local_ray(view, slots[begin + (k < count ? k : 0)], scale[k]);
+      lanes.org_x[k] = ray.org.x, lanes.org_y[k] = ray.org.y, lanes.org_z[k] = ray.org.z;
+      lanes.dir_x[k] = ray.dir.x, lanes.dir_y[k] = ray.dir.y, lanes.dir_z[k] = ray.dir.z;
+    }
+    lanes.active = (1u << count) - 1u;
+    trace::RootLanes roots;
+    patches.solve(p.leaf, lanes, roots);
+    stats_.newton_steps += roots.steps;
+    const std::uint32_t one = roots.one & lanes.active, open = lanes.active & ~(roots.one | roots.none);
+    stats_.open += std::popcount(open);
+    for (std::uint32_t rest = one; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
+      root(slots[begin + k], roots.t[k], scale[k], {roots.u[k], roots.v[k]}, reversed ? -n : n);
+    }
+    for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      std::vector<trace::Root> found;
+      const Ray ray{{lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
+                    {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]},
+                    0.0,
+                    kInf};
+      patches.all_roots(p.leaf, ray, found);
+      for (const trace::Root& r : found) root(slots[begin + k], r.t, scale[k], r.uv_face, r.normal);
+    }
+  }
+}
+
+void TileTracer::triangle_block(const InstanceView& view, const ScenePrimitive& p,
+                                std::span<const std::int32_t> slots) {
+  const trace::TriangleBlock& block = view.prototype->triangles.blocks[p.leaf];
+  trace::RayShear shears[trace::kPacketSize];
+  double scale[trace::kPacketSize];
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const Ray ray = local_ray(view, slots[i], scale[i]);
+    shears[i] = trace::RayShear(ray.org, ray.dir);
+  }
+  const std::uint64_t active = ~std::uint64_t{0} >> (64 - slots.size());
+  trace::TriangleCrossing crossings[trace::kPacketSize * trace::kTrianglesPerBlock];
+  const int count = cross_triangles(block, shears, active, crossings);
+  for (int k = 0; k < count; ++k) {
+    const trace::TriangleCrossing& c = crossings[k];
+    if (c.t >= 0.0)
+      consider(view, slots[c.ray], c.t, scale[c.ray], p.face, c.weights, nullptr, block.triangle[c.lane]);
+  }
+}
+
+void TileTracer::edges() {
+  far_ = far();
+  const trace::Scene::Impl& scene = *view_.scene;
+  const double reach = scene.edge_reach;
+  walk_tile(
+      scene.bvh, TileSpace(view_.world, scene.bvh, rect_, view_.reference),
+      [&] { return far_ + static_cast<float>(reach * 1.000001); },
+      [&](std::int32_t index, float) {
+        mark_edges(view_.instances[index], tile_, rect_, view_.reference, reach, far_, state_);
+      });
+}
+
+void TileTracer::finish(trace::TileHits& out) {
+  trace::TraceStats counters;
+  const std::size_t places = tile_.places.size();
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x)
+      for (std::size_t p = 0; p < places; ++p) {
+        const std::size_t slot = p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile + x;
+        const bool near_edge = (state_.near_edge[p * kMaxTile + y] >> x) & 1;
+        if (state_.place[slot].face == kNoFace && !near_edge) continue;
+        const view::CameraRay ray =
+            view_.camera.ray(tile_.x0 + x + tile_.places[p].x, tile_.y0 + y + tile_.places[p].y);
+        const Hit hit = view_.scene->finish({ray.org, ray.dir, 0.0, kInf}, state_.place[slot], state_.t[slot],
+                                            state_.normal[slot], near_edge, counters);
+        if (hit.face == kNoFace) continue;
+        out.ray.push_back(static_cast<std::int32_t>((y * width_ + x) * places + p));
+        out.hit.push_back(hit);
+      }
+  stats_.rays += tile_.rays();
+  stats_.hits += out.hit.size();
+  stats_.edge_rays += counters.edge_rays;
+}
+
+}  // namespace trimray::hybrid

@@ -1,0 +1,58 @@
+// The rays of one tile on their way to their first hits.
+#pragma once
+
+#include <span>
+
+#include "core/hybrid/hybrid.h"
+#include "core/hybrid/instance_view.h"
+#include "core/hybrid/tile_state.h"
+
+namespace trimray::hybrid {
+
+// What all tiles of a picture share.
+struct ViewContext {
+  const trace::Scene::Impl* scene = nullptr;
+  view::Camera camera;
+  CameraFrame world;       // of world coordinates
+  double reference = 0.0;  // depths count from it
+  std::vector<InstanceView> instances;
+  const raster::SeedBuffers* seeds = nullptr;
+};
+
+class TileTracer {
+ public:
+  TileTracer(const ViewContext& view, const trace::Tile& tile, TileState& state, HybridStats& stats);
+
+  // Every leaf that can cover a pixel in front of its hit so far.
+  void leaves();
+  // Which rays may pass near an edge, at their hits or in front of them.
+  void edges();
+  void finish(trace::TileHits& out);
+
+ private:
+  void leaf(const InstanceView& view, std::int32_t primitive);
+  void solve(const InstanceView& view, std::int32_t primitive, std::span<const std::int32_t> slots);
+  void closed_leaf(const InstanceView& view, const trace::ScenePrimitive& p,
+                   std::span<const std::int32_t> slots);
+  void patch_leaf(const InstanceView& view, const trace::ScenePrimitive& p,
+                  std::span<const std::int32_t> slots);
+  void triangle_block(const InstanceView& view, const trace::ScenePrimitive& p,
+                      std::span<const std::int32_t> slots);
+  trace::Ray local_ray(const InstanceView& view, std::int32_t slot, double& scale) const;
+  bool inside(const InstanceView& view, const trace::ScenePrimitive& p, const Box2& core, dvec2 raw,
+              dvec2& wrapped) const;
+  void consider(const InstanceView& view, std::int32_t slot, double t_local, double scale, std::int32_t face,
+                dvec2 uv, const dvec3* normal, std::int32_t triangle = -1);
+  float far() const;  // no ray's best is beyond
+
+  const ViewContext& view_;
+  const trace::Tile& tile_;
+  TileState& state_;
+  HybridStats& stats_;
+  int width_, height_;
+  FrameRect rect_;
+  float far_ = kFarDepth;
+  int leaves_until_far_ = 0;
+};
+
+}  // namespace trimray::hybrid
