@@ -179,7 +179,7 @@ class Renderer {
   void encode(const Light& sum, float out[4]) const {
     const double alpha = sum.alpha / static_cast<double>(pattern_.size());
     for (int c = 0; c < 3; ++c) {
-      out[c] = sum.alpha > 0.0 ? static_cast<float>(view::srgb_from_linear(sum.rgb[c] / sum.alpha)) : 0.0f;
+      out[c] = sum.alpha > 0.0 ? view::srgb_float_from_linear(sum.rgb[c] / sum.alpha) : 0.0f;
     }
     out[3] = static_cast<float>(std::min(alpha, 1.0));
   }

@@ -1,7 +1,10 @@
 #include "core/view/shade.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 namespace trimray::view {
 
@@ -11,6 +14,55 @@ double srgb_from_linear(double x) {
   if (!(x > 0.0)) return 0.0;
   if (x >= 1.0) return 1.0;
   return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
+}
+
+namespace {
+
+// x^(1 / 2.4) in [2^-9, 1] to kPowerError, from the power at the middle of one of 64 parts of x's octave and
+// the binomial series about it.
+class Power {
+ public:
+  static constexpr double kPowerError = 1e-14;  // relative
+
+  Power() {
+    for (int octave = 0; octave < kOctaves; ++octave) {
+      for (int part = 0; part < kParts; ++part) {
+        const double middle = std::ldexp(1.0 + (part + 0.5) / kParts, octave - kOctaves);
+        middles_[octave * kParts + part] = {std::pow(middle, kExponent), 1.0 / middle};
+      }
+    }
+  }
+
+  double operator()(double x) const {
+    const Middle& middle = middles_[(std::bit_cast<std::uint64_t>(x) >> 46) - kFirst];
+    const double d = x * middle.inverse - 1.0;  // at most 1 / 128 from 0
+    const double series = kC1 + d * (kC2 + d * (kC3 + d * (kC4 + d * (kC5 + d * kC6))));
+    return middle.power + middle.power * (d * series);
+  }
+
+ private:
+  static constexpr int kOctaves = 9, kParts = 64;
+  static constexpr double kExponent = 1.0 / 2.4;
+  static constexpr std::uint64_t kFirst = std::bit_cast<std::uint64_t>(1.0 / (1 << kOctaves)) >> 46;
+  static constexpr double kC1 = kExponent, kC2 = kC1 * (kExponent - 1) / 2, kC3 = kC2 * (kExponent - 2) / 3,
+                          kC4 = kC3 * (kExponent - 3) / 4, kC5 = kC4 * (kExponent - 4) / 5,
+                          kC6 = kC5 * (kExponent - 5) / 6;
+  struct Middle {
+    double power = 0.0, inverse = 0.0;
+  };
+  std::array<Middle, kOctaves * kParts> middles_;
+};
+
+}  // namespace
+
+float srgb_float_from_linear(double x) {
+  static const Power power;
+  if (!(x > 0.0031308 && x < 1.0)) return static_cast<float>(srgb_from_linear(x));
+  const double encoded = 1.055 * power(x) - 0.055;
+  // The float is certain where all that is near enough rounds to it.
+  constexpr double kSlack = 64.0 * Power::kPowerError;
+  const float low = static_cast<float>(encoded - kSlack), high = static_cast<float>(encoded + kSlack);
+  return low == high ? low : static_cast<float>(srgb_from_linear(x));
 }
 
 Color linear_color(const float srgb[4]) {

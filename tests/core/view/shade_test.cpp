@@ -1,6 +1,8 @@
 #include "core/view/shade.h"
 
 #include <cmath>
+#include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -9,6 +11,26 @@
 
 namespace trimray::view {
 namespace {
+
+TEST(Shade, FloatsOfSrgbAreThoseOfTheExactCurve) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto expect_same = [](double x) {
+    const float want = static_cast<float>(srgb_from_linear(x)), got = srgb_float_from_linear(x);
+    ASSERT_TRUE(want == got) << x;
+  };
+  for (int i = 0; i < 300000; ++i) expect_same(unit(random)), expect_same(0.02 * unit(random));
+  for (const double x : {-1.0, 0.0, 1e-300, 0.0031308, std::nextafter(0.0031308, 1.0), 1.0 / 256, 1.0 / 512,
+                         std::nextafter(1.0, 0.0), 1.0, 2.0, std::numeric_limits<double>::quiet_NaN()})
+    expect_same(x);
+  // Floats and the middles between them, where the rounding turns.
+  for (int i = 2; i < 4000; ++i) {
+    const float encoded = static_cast<float>(i) / 4000.0f;
+    const double middle = 0.5 * (static_cast<double>(encoded) + std::nextafter(encoded, 1.0f));
+    const double x = linear_from_srgb(middle);
+    expect_same(x), expect_same(std::nextafter(x, 0.0)), expect_same(std::nextafter(x, 1.0));
+  }
+}
 
 TEST(Shade, SrgbMatchesItsPublishedValuesAndInverts) {
   EXPECT_NEAR(linear_from_srgb(0.5), 0.21404114048223255, 1e-15);
