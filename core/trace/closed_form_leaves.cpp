@@ -23,7 +23,9 @@ struct Splitter {
   const ClosedForm& form;
   std::int32_t face;
   bool all_inside;
-  double small;  // mm: cells this short are not cut for the sake of the loops
+  double small;    // mm: cells this short are not cut for the sake of the loops
+  dvec2 widest;    // cells are no wider in uv
+  double flat_mm;  // nor farther than this from flat
   std::vector<ClosedLeaf>& out;
 
   ClosedLeaf leaf(const Box2& cell) const {
@@ -45,7 +47,16 @@ struct Splitter {
     const bool wide_u = is_angle_u(form.kind) && extent.x > kRightAngle;
     const bool wide_v = is_angle_v(form.kind) && extent.y > kRightAngle;
     if (depth >= kMaxDepth) return out.push_back(parent);
-    const bool by_u = wide_u != wide_v ? wide_u : length.x >= length.y;
+    // The height of an arc over its chord is about an eighth of its length times its angle.
+    const dvec2 rise(
+        is_angle_u(form.kind) ? length.x * extent.x / 8.0 : 0.0,
+        is_angle_v(form.kind) || form.kind == nurbs::SurfaceKind::kSphere ? length.y * extent.y / 8.0 : 0.0);
+    const bool bent = std::max(rise.x, rise.y) > flat_mm;
+    const bool large_u = extent.x > widest.x, large_v = extent.y > widest.y;
+    const bool by_u = wide_u != wide_v     ? wide_u
+                      : bent               ? rise.x >= rise.y
+                      : large_u != large_v ? large_u
+                                           : length.x >= length.y;
     const double middle = by_u ? 0.5 * (cell.lower.x + cell.upper.x) : 0.5 * (cell.lower.y + cell.upper.y);
     Box2 cells[2] = {cell, cell};
     if (by_u)
@@ -55,7 +66,7 @@ struct Splitter {
     const ClosedLeaf halves[2] = {leaf(cells[0]), leaf(cells[1])};
     const bool mixed = !parent.inside && depth < kMixedDepth && std::max(length.x, length.y) > small;
     const bool hugs = area(halves[0].box) + area(halves[1].box) < kWorthwhile * area(parent.box);
-    if (!wide_u && !wide_v && !mixed && !hugs) return out.push_back(parent);
+    if (!wide_u && !wide_v && !bent && !large_u && !large_v && !mixed && !hugs) return out.push_back(parent);
     for (const ClosedLeaf& half : halves)
       if (!half.box.empty()) split(half, depth + 1);
   }
@@ -64,9 +75,14 @@ struct Splitter {
 }  // namespace
 
 void append_closed_leaves(const nurbs::NurbsStore& store, const nurbs::TrimIndex& trim, std::int32_t face,
-                          const ClosedForm& form, double model_diagonal, std::vector<ClosedLeaf>& out) {
+                          const ClosedForm& form, double model_diagonal, const LeafDetail& detail,
+                          std::vector<ClosedLeaf>& out) {
   const nurbs::Face& f = store.faces[face];
-  Splitter splitter{trim, form, face, f.iso_rectangle, model_diagonal / 64.0, out};
+  const double flat_mm =
+      detail.flatness < kInf ? detail.flatness * closed_form_box(form, f.uv_box).diagonal() : kInf;
+  // The power of two next to the parts wanted.
+  const dvec2 widest = detail.parts > 1 ? std::sqrt(2.0) / detail.parts * f.uv_box.extent() : dvec2(kInf);
+  Splitter splitter{trim, form, face, f.iso_rectangle, model_diagonal / 64.0, widest, flat_mm, out};
   const ClosedLeaf whole = splitter.leaf(f.uv_box);
   if (!whole.box.empty()) splitter.split(whole, 0);
 }

@@ -5,6 +5,7 @@
 
 #include "core/nurbs/trim.h"
 #include "core/trace/closed_form.h"
+#include "core/trace/patch.h"
 
 namespace trimray::trace {
 
@@ -20,6 +21,7 @@ struct ClosedLeaf {
 // at most a right angle, and further while that drops empty area or makes the boxes hug the surface.
 // model_diagonal: sets the size below which it is not worth it.
 void append_closed_leaves(const nurbs::NurbsStore& store, const nurbs::TrimIndex& trim, std::int32_t face,
-                          const ClosedForm& form, double model_diagonal, std::vector<ClosedLeaf>& out);
+                          const ClosedForm& form, double model_diagonal, const LeafDetail& detail,
+                          std::vector<ClosedLeaf>& out);
 
 }  // namespace trimray::trace

@@ -20,7 +20,7 @@ thread_local std::uint64_t given_up = 0;
 std::uint64_t searches_given_up() { return given_up; }
 
 PatchSet::PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm,
-                   int threads)
+                   int threads, const LeafDetail& detail)
     : impl_(std::make_unique<Impl>()) {
   const nurbs::Range faces = store.prototypes[prototype].faces;
   if (margin_mm.size() != static_cast<std::size_t>(faces.size()))
@@ -37,7 +37,7 @@ PatchSet::PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::
         case nurbs::SurfaceKind::kBezier:
         case nurbs::SurfaceKind::kBspline:
         case nurbs::SurfaceKind::kOffset:
-          append_face(store, face, margin_mm[i], pools[i]);
+          append_face(store, face, margin_mm[i], detail, pools[i]);
           break;
         default:
           break;

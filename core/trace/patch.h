@@ -79,13 +79,20 @@ inline bool same_root(const Root& a, const Root& b, double diagonal) {
 // How often all_roots() has returned false on this thread: callers count by the difference.
 std::uint64_t searches_given_up();
 
+// How small leaves are made beyond what the proof of one root wants: a surface is cut into at least `parts` x
+// `parts` leaves, each no farther from flat than the fraction `flatness` of the surface's size.
+struct LeafDetail {
+  int parts = 1;
+  double flatness = kInf;
+};
+
 class PatchSet {
  public:
   // Patches of all faces of one prototype that need them: kExtrusion, kRevolution, kBezier, kBspline,
   // kOffset. margin_mm[face - prototype.faces.begin]: how far, in mm, leaves must reach beyond the face's
   // uv_box.
   PatchSet(const nurbs::NurbsStore& store, std::int32_t prototype, std::span<const double> margin_mm,
-           int threads = 0);
+           int threads = 0, const LeafDetail& detail = {});
   PatchSet(PatchSet&&) noexcept;
   ~PatchSet();
 

@@ -6,18 +6,12 @@
 #include "core/nurbs/knot_vector.h"
 #include "core/nurbs/spline.h"
 #include "core/nurbs/surface.h"
-#include "core/trace/certificate.h"
+#include "core/trace/patch_cut.h"
 
 namespace trimray::trace {
 namespace {
 
 constexpr int kMaxNet = (nurbs::kMaxDegree + 1) * (nurbs::kMaxDegree + 1);
-
-// Leaves are halved until rays steeper than this against the tangent plane are proven to meet them once,
-// or the cuts are used up.
-constexpr double kLeafSine = 0.25;
-constexpr int kMaxCuts = 8;
-constexpr int kMaxCutsAtPole = 6;  // a leaf at a collapsed side is never proven
 
 // Control points of the power basis in (x - 1/2) from Bernstein ones, in long double.
 void to_power(const dvec4* c, int n, std::ptrdiff_t stride, dvec4* out) {
@@ -66,45 +60,6 @@ std::uint8_t collapsed_sides(const dvec4* net, int du, int dv, double size) {
   return sides;
 }
 
-bool touches_pole(const Patch& patch, const SubDomain& d) {
-  return ((patch.poles & kSideU0) && d.u0 <= 0.0) || ((patch.poles & kSideU1) && d.u1 >= 1.0) ||
-         ((patch.poles & kSideV0) && d.v0 <= 0.0) || ((patch.poles & kSideV1) && d.v1 >= 1.0);
-}
-
-// Returns the part's place in the tree, as LeafSplit::child.
-std::int32_t cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
-  const Patch patch = pool.patches[index];
-  const dvec4* net = pool.net.data() + patch.net;
-  const LeafProof proof = prove_leaf(patch, net, d);
-  const int allowed = touches_pole(patch, d) ? kMaxCutsAtPole : kMaxCuts;
-  if (proof.sine > kLeafSine && cuts < allowed) {
-    SubDomain low = d, high = d;
-    const bool in_u = std::isfinite(proof.bend_u) && proof.bend_u != proof.bend_v
-                          ? proof.bend_u > proof.bend_v
-                          : (cuts & 1) == 0;
-    if (in_u)
-      low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
-    else
-      low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
-    const auto place = static_cast<std::int32_t>(pool.splits.size());
-    pool.splits.push_back({static_cast<float>(in_u ? low.u1 : low.v1), in_u, {-1, -1}});
-    const std::int32_t below = cut(index, low, cuts + 1, pool), above = cut(index, high, cuts + 1, pool);
-    pool.splits[place].child[0] = below, pool.splits[place].child[1] = above;
-    return place;
-  }
-  PatchLeaf leaf;
-  leaf.box = proof.box;
-  leaf.box.lower += patch.origin, leaf.box.upper += patch.origin;
-  leaf.uv_face.add(dvec2(patch.u.to_face(d.u0), patch.v.to_face(d.v0)));
-  leaf.uv_face.add(dvec2(patch.u.to_face(d.u1), patch.v.to_face(d.v1)));
-  leaf.face = patch.face;
-  leaf.patch = index;
-  leaf.sub = static_cast<std::int32_t>(pool.leaves.size());
-  pool.leaves.push_back(leaf);
-  pool.bounds.push_back(proof.bound);
-  return ~leaf.sub;
-}
-
 // Patch::bend.
 double bend_of(const Patch& patch, const dvec4* net) {
   const int du = patch.degree_u, dv = patch.degree_v, row = dv + 1;
@@ -120,6 +75,14 @@ double bend_of(const Patch& patch, const dvec4* net) {
       if (i < du && j < dv) uv = std::max(uv, size((p[row + 1] - p[row]) - (p[1] - p[0])));
     }
   return 0.5 * (du * (du - 1) * uu + 2.0 * du * dv * uv + dv * (dv - 1) * vv);
+}
+
+// Diagonal of a surface's control points, mm.
+double surface_size(const nurbs::NurbsStore& store, const nurbs::Surface& surface) {
+  Box3 hull;
+  for (std::int32_t k = surface.ctrl.begin; k < surface.ctrl.end; ++k)
+    hull.add(nurbs::project(store.ctrl_h[k]));
+  return hull.diagonal();
 }
 
 // One direction's spans that meet [lo, hi] of uv_face; the first and last reach beyond the knots if needed.
@@ -249,7 +212,8 @@ void fill_gaps(std::span<std::int32_t> cells) {
   for (std::size_t k = cells.size(); k-- > 0;) last = cells[k] = cells[k] < 0 ? last : cells[k];
 }
 
-void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2& box, PatchPool& pool) {
+void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2& box,
+                  const LeafDetail& detail, PatchPool& pool) {
   const nurbs::Face& f = store.faces[face];
   const nurbs::Surface& surface = store.surfaces[f.surface];
   SpanCutter cutter(store, surface);
@@ -261,12 +225,17 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
                  static_cast<std::int64_t>(pool.breaks.size()), static_cast<std::int64_t>(pool.cells.size())};
   for (const auto* parts : {&parts_u, &parts_v})
     for (std::size_t k = 1; k < parts->size(); ++k) pool.breaks.push_back((*parts)[k].lower);
+  const double flat_mm = detail.flatness < kInf ? detail.flatness * surface_size(store, surface) : kInf;
+  const auto share = [&](const std::vector<SpanPart>& parts) {
+    const int count = static_cast<int>(parts.size());
+    return (detail.parts + count - 1) / count;
+  };
   for (const SpanPart& pu : parts_u) {
     cutter.choose_u(pu.span, pu.map);
     for (const SpanPart& pv : parts_v) {
       const auto append = [&](const ParamCurve& u, const ParamCurve& v) {
         return append_patch({face, surface.degree_u, surface.degree_v, cutter.piece(pv.span, v),
-                             surface.offset, f.reversed, u, v},
+                             surface.offset, f.reversed, u, v, share(parts_u), share(parts_v), flat_mm},
                             pool);
       };
       pool.cells.push_back(static_cast<std::int32_t>(pool.patches.size()));
@@ -287,7 +256,8 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
 
 }  // namespace
 
-void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margin_mm, PatchPool& pool) {
+void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margin_mm,
+                 const LeafDetail& detail, PatchPool& pool) {
   const nurbs::Face& f = store.faces[face];
   if (f.status != nurbs::FaceStatus::kOk || f.surface < 0 || f.uv_box.empty()) return;
   const nurbs::Surface& surface = store.surfaces[f.surface];
@@ -299,7 +269,7 @@ void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margi
   box.lower -= dvec2(m.side[0], m.side[2]);
   box.upper += dvec2(m.side[1], m.side[3]);
   const std::size_t first = pool.patches.size();
-  append_spans(store, face, box, pool);
+  append_spans(store, face, box, detail, pool);
   double size = 0.0;
   for (std::size_t k = first; k < pool.patches.size(); ++k) size = std::max(size, pool.patches[k].size);
   for (std::size_t k = first; k < pool.patches.size(); ++k) pool.patches[k].pole_reach = kPoleReach * size;
@@ -373,7 +343,7 @@ bool append_patch(const PatchInput& input, PatchPool& pool) {
   append_coefficients(patch, pool);
   const auto index = static_cast<std::int32_t>(pool.patches.size());
   pool.patches.push_back(patch);
-  pool.patches[index].splits = cut(index, {0.0, 1.0, 0.0, 1.0}, 0, pool);
+  pool.patches[index].splits = cut_patch(index, input, pool);
   return true;
 }
 

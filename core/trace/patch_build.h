@@ -8,7 +8,8 @@
 namespace trimray::trace {
 
 // Appends the patches and leaves of one face, those of its uv_box and margin_mm beyond it.
-void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margin_mm, PatchPool& pool);
+void append_face(const nurbs::NurbsStore& store, std::int32_t face, double margin_mm,
+                 const LeafDetail& detail, PatchPool& pool);
 
 // Appends one patch from its Bernstein control points net[iu * (dv + 1) + iv] in the prototype's coordinates,
 // and its leaves. False, and nothing appended, where a weight is not positive.
@@ -19,6 +20,8 @@ struct PatchInput {
   double offset = 0.0;
   bool reversed = false;
   ParamCurve u, v;
+  int parts_u = 1, parts_v = 1;  // leaves in a row, at least
+  double flat_mm = kInf;         // leaves are no farther than this from flat
 };
 bool append_patch(const PatchInput& input, PatchPool& pool);
 

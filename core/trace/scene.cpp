@@ -10,7 +10,7 @@
 namespace trimray::trace {
 namespace {
 
-constexpr std::size_t kPacketsPerTask = 16;
+constexpr std::size_t kRaysPerTask = 1024;
 
 void add(TraceStats& sum, const TraceStats& s) {
   sum.rays += s.rays, sum.nodes += s.nodes, sum.leaves += s.leaves, sum.newton_steps += s.newton_steps;
@@ -20,8 +20,8 @@ void add(TraceStats& sum, const TraceStats& s) {
 
 }  // namespace
 
-Scene::Scene(std::shared_ptr<const nurbs::NurbsStore> store, int threads)
-    : impl_(std::make_unique<Impl>(std::move(store), threads)) {}
+Scene::Scene(std::shared_ptr<const nurbs::NurbsStore> store, int threads, const SceneOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(store), threads, options)) {}
 Scene::Scene(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 
@@ -31,24 +31,21 @@ const SceneStats& Scene::stats() const { return impl_->stats; }
 void Scene::cast(std::span<const Ray> rays, std::span<Hit> out, int threads, TraceStats* stats) const {
   if (out.size() != rays.size()) throw ArgumentError("cast: out must be as long as rays");
   std::mutex mutex;
-  const std::size_t packets = (rays.size() + kPacketSize - 1) / kPacketSize;
   const auto work = [&](std::size_t begin, std::size_t end) {
     TraceStats counters;
     const std::uint64_t before = searches_given_up();
-    for (std::size_t p = begin; p < end; ++p) {
-      const std::size_t first = p * kPacketSize,
-                        count = std::min<std::size_t>(kPacketSize, rays.size() - first);
-      impl_->nearest(rays.subspan(first, count), out.subspan(first, count), counters);
-    }
+    const std::size_t first = begin * kRaysPerTask, count = std::min(end * kRaysPerTask, rays.size()) - first;
+    impl_->nearest(rays.subspan(first, count), out.subspan(first, count), counters);
     if (stats == nullptr) return;
     counters.given_up = searches_given_up() - before;
     const std::scoped_lock lock(mutex);
     add(*stats, counters);
   };
+  const std::size_t tasks = (rays.size() + kRaysPerTask - 1) / kRaysPerTask;
   if (threads == 1)
-    work(0, packets);
+    work(0, tasks);
   else
-    parallel_ranges(packets, kPacketsPerTask, threads, work);
+    parallel_ranges(tasks, 1, threads, work);
 }
 
 void Scene::cast_all(const Ray& ray, std::vector<Hit>& out) const {

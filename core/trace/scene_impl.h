@@ -29,7 +29,7 @@ struct ScenePrimitive {
 
 struct PrototypeScene {
   PrototypeScene(const nurbs::NurbsStore& store, std::int32_t prototype, const nurbs::TrimIndex& trim,
-                 int threads);
+                 LeafBoxes leaf_boxes, int threads);
 
   const nurbs::NurbsStore& store;
   const nurbs::TrimIndex& trim;
@@ -122,10 +122,11 @@ struct Scene::Impl {
   Bvh bvh;                  // of the instances
   double edge_reach = 0.0;  // mm, world: no hit's edges matter farther behind it (but those of grazing hits)
   SceneStats stats;
+  SceneOptions options;
 
-  Impl(std::shared_ptr<const nurbs::NurbsStore> s, int threads);
+  Impl(std::shared_ptr<const nurbs::NurbsStore> s, int threads, const SceneOptions& options = {});
 
-  // Up to kPacketSize rays; adds to stats.
+  // In packets of options.packet; adds to stats.
   void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
   // The hit at a place that the trim loops alone have found (t = ray.tmax and face kNoFace: none); by the
   // edge rule where the ray is near an edge. maybe_near_edge: true wherever near_edge() could be, but at

@@ -1,4 +1,4 @@
-// The fast way: packets of 64 rays to their nearest hits by the trim loops alone.
+// The fast way: packets of up to 64 rays to their nearest hits by the trim loops alone.
 #include <algorithm>
 #include <bit>
 
@@ -19,6 +19,18 @@ struct WorldPacket {
   dvec3 normal[kPacketSize];    // of patch roots, outward, in the prototype
 
   WorldPacket(const Scene::Impl& s, TraceStats& counters) : scene(s), stats(counters) {}
+
+  // The next packet. What the kernels load beyond its end is the last ray once more.
+  void start(std::span<const Ray> next) {
+    constexpr std::size_t kLoad = 16;
+    unit = true, near_edge = 0;
+    for (std::size_t i = 0; i < (next.size() + kLoad - 1) / kLoad * kLoad; ++i) {
+      const Ray& ray = next[std::min(i, next.size() - 1)];
+      rays.set(static_cast<int>(i), ray.org, ray.dir, ray.tmin, ray.tmax);
+      unit &= is_unit(glm::dot(ray.dir, ray.dir));
+      place[i] = {};
+    }
+  }
 };
 
 // The packet inside one instance, in the prototype's coordinates.
@@ -202,22 +214,22 @@ void visit_instance(void* context, std::int32_t index, std::uint64_t active) {
 
 }  // namespace
 
-void Scene::Impl::nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& counters) const {
+void Scene::Impl::nearest(std::span<const Ray> all_rays, std::span<Hit> all_out, TraceStats& counters) const {
   WorldPacket packet(*this, counters);
-  const std::size_t count = rays.size();
-  for (std::size_t i = 0; i < kPacketSize; ++i) {
-    const Ray& ray = rays[std::min(i, count - 1)];
-    packet.rays.set(static_cast<int>(i), ray.org, ray.dir, ray.tmin, ray.tmax);
-    packet.unit &= is_unit(glm::dot(ray.dir, ray.dir));
+  counters.rays += all_rays.size();
+  const auto most = static_cast<std::size_t>(options.packet);
+  for (std::size_t first = 0; first < all_rays.size(); first += most) {
+    const std::size_t count = std::min(most, all_rays.size() - first);
+    const std::span<const Ray> rays = all_rays.subspan(first, count);
+    const std::span<Hit> out = all_out.subspan(first, count);
+    packet.start(rays);
+    packet.boxes.set(bvh, packet.rays,
+                     count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
+    traverse(bvh, packet.boxes, visit_instance, &packet, &counters.nodes);
+    for (std::size_t i = 0; i < count; ++i)
+      out[i] = finish(rays[i], packet.place[i], packet.rays.tmax[i], packet.normal[i],
+                      (packet.near_edge >> i) & 1, counters);
   }
-  packet.boxes.set(bvh, packet.rays,
-                   count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
-  traverse(bvh, packet.boxes, visit_instance, &packet, &counters.nodes);
-  counters.rays += count;
-
-  for (std::size_t i = 0; i < count; ++i)
-    out[i] = finish(rays[i], packet.place[i], packet.rays.tmax[i], packet.normal[i],
-                    (packet.near_edge >> i) & 1, counters);
 }
 
 Hit Scene::Impl::finish(const Ray& ray, const HitPlace& place, double t, const dvec3& patch_normal,

@@ -16,6 +16,7 @@
 #include "core/brep/bintools.h"
 #include "core/nurbs/build_store.h"
 #include "core/trace/ray.h"
+#include "core/trace/scene.h"
 
 namespace bench {
 
@@ -77,8 +78,11 @@ inline std::vector<trace::Ray> camera_rays(const Box3& bounds, dvec3 from, int s
   std::vector<trace::Ray> rays;
   for (int tile = 0; tile < size / 8 * (size / 8); ++tile)
     for (int k = 0; k < 64; ++k) {
-      const double x = (tile % (size / 8) * 8 + k % 8 + 0.5 - size / 2.0) * pixel,
-                   y = (tile / (size / 8) * 8 + k / 8 + 0.5 - size / 2.0) * pixel;
+      // In Z order: four rays in a row are 2 x 2 pixels.
+      const int column = (k & 1) | (k >> 1 & 2) | (k >> 2 & 4),
+                row = (k >> 1 & 1) | (k >> 2 & 2) | (k >> 3 & 4);
+      const double x = (tile % (size / 8) * 8 + column + 0.5 - size / 2.0) * pixel,
+                   y = (tile / (size / 8) * 8 + row + 0.5 - size / 2.0) * pixel;
       rays.push_back({bounds.center() + x * right - y * up - bounds.diagonal() * dir, dir, 0.0, kInf});
     }
   return rays;
@@ -98,11 +102,15 @@ struct Options {
   const char* file = nullptr;
   int size = 1024, repeat = 5, threads = 1;
   dvec3 from{1, -1, 1};  // the side the camera stands on
+  trace::SceneOptions scene;
 };
 
 inline int main_with(int argc, char** argv, int (*run)(const Options&)) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: %s FILE [--size N] [--repeat N] [--threads N] [--view x,y,z]\n", argv[0]);
+    std::fprintf(stderr,
+                 "usage: %s FILE [--size N] [--repeat N] [--threads N] [--view x,y,z] [--boxes tuned|paper] "
+                 "[--packet N]\n",
+                 argv[0]);
     return 2;
   }
   Options options;
@@ -112,6 +120,9 @@ inline int main_with(int argc, char** argv, int (*run)(const Options&)) {
     if (option == "--size") options.size = std::stoi(argv[i + 1]);
     if (option == "--repeat") options.repeat = std::stoi(argv[i + 1]);
     if (option == "--threads") options.threads = std::stoi(argv[i + 1]);
+    if (option == "--packet") options.scene.packet = std::stoi(argv[i + 1]);
+    if (option == "--boxes" && std::string(argv[i + 1]) == "paper")
+      options.scene.boxes = trace::LeafBoxes::kPaper;
     if (option == "--view")
       std::sscanf(argv[i + 1], "%lf,%lf,%lf", &options.from.x, &options.from.y, &options.from.z);
   }

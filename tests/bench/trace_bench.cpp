@@ -1,6 +1,7 @@
 // Primary rays per second and core of the standard tracer, in processor time.
 //
-//   trace_bench FILE [--size 1024] [--repeat 5] [--threads 1] [--view x,y,z]
+//   trace_bench FILE [--size 1024] [--repeat 5] [--threads 1] [--view x,y,z] [--boxes tuned|paper] [--packet
+//   N]
 //
 // FILE: a saved store (trimray's cache), or a BinTools stream, whose outermost shapes are then placed at the
 // origin. Orthographic rays from the named side (default the iso view), fitted to the bounds, in tiles of 8
@@ -21,7 +22,7 @@ int run(const bench::Options& options) {
   const auto store = bench::load(options.file);
   const double store_seconds = cpu_seconds() - start;
   start = cpu_seconds();
-  const trace::Scene scene(store, options.threads);
+  const trace::Scene scene(store, options.threads, options.scene);
   const double scene_seconds = cpu_seconds() - start;
   std::printf("%zu faces, store %.3f s, scene %.3f s (%.3f s per 1000 faces), %lld leaves, %.1f MB\n",
               store->faces.size(), store_seconds, scene_seconds,

@@ -13,6 +13,7 @@
 #include <random>
 #include <sstream>
 
+#include "core/base/error.h"
 #include "core/brep/bintools.h"
 #include "core/nurbs/build_store.h"
 #include "core/nurbs/make_store.h"
@@ -308,6 +309,62 @@ TEST(SceneTest, EmptyStoreAndBadRaysGiveMisses) {
   scene.cast(rays, hits, 1);
   EXPECT_NE(hits[0].face, kNoFace);
   for (std::size_t i = 1; i < hits.size(); ++i) EXPECT_EQ(hits[i].face, kNoFace) << i;
+}
+
+// The baseline for measurements: many boxes, small packets.
+TEST(SceneTest, BoxesAndPacketsDoNotChangeTheHits) {
+  int met = 0;
+  for (const auto& store : {std::make_shared<NurbsStore>(mixed_store()), solid("rounded_box.bin")}) {
+    const Box3& bounds = store->prototypes[0].bounds;
+    const std::vector<Ray> rays = grid_rays(bounds.center(), bounds.diagonal(), dvec3(1, -2, -1), 61);
+    const Scene tuned(store, 2);
+    std::vector<Hit> expected(rays.size()), got(rays.size());
+    tuned.cast(rays, expected, 2);
+    for (const Hit& h : expected) met += h.face != kNoFace;
+    for (const LeafBoxes boxes : {LeafBoxes::kTuned, LeafBoxes::kPaper})
+      for (const int packet : {1, 4, 7, 64}) {
+        const Scene scene(store, 2, {boxes, packet});
+        TraceStats stats;
+        scene.cast(rays, got, 2, &stats);
+        EXPECT_EQ(stats.rays, rays.size());
+        ASSERT_EQ(std::memcmp(got.data(), expected.data(), got.size() * sizeof(Hit)), 0)
+            << static_cast<int>(boxes) << " boxes, packets of " << packet;
+        if (boxes == LeafBoxes::kPaper)
+          EXPECT_GT(4 * scene.stats().leaf_boxes, 5 * tuned.stats().leaf_boxes);
+        else
+          EXPECT_EQ(scene.stats().leaf_boxes, tuned.stats().leaf_boxes);
+      }
+  }
+  EXPECT_GT(met, 2000);
+}
+
+// The paper has about 400 boxes for one of its teapot's patches, and few for what is flat.
+TEST(SceneTest, PaperBoxesFollowTheCurvature) {
+  const nurbs::Frame3 frame;
+  nurbs::FaceSpec flat{nurbs::make_plane(frame), Box2{{0, 0}, {3, 2}}, true, false};
+  nurbs::FaceSpec flat_nurbs = flat;
+  flat_nurbs.surface =
+      nurbs::make_bezier(1, 1, std::vector<dvec4>{{0, 0, 0, 1}, {0, 2, 0, 1}, {3, 0, 0, 1}, {3, 2, 0, 1}});
+  flat_nurbs.uv_box = Box2{{0, 0}, {1, 1}};
+  nurbs::FaceSpec native = nurbs::full_torus(frame, 2, 0.5), spline = native;
+  spline.surface = nurbs::as_nurbs(spline.surface);
+  const auto count = [](const nurbs::FaceSpec& face) {
+    const std::vector<nurbs::FaceSpec> faces{face};
+    return Scene(std::make_shared<NurbsStore>(nurbs::make_store(faces)), 1, {LeafBoxes::kPaper, 4})
+        .stats()
+        .leaf_boxes;
+  };
+  EXPECT_EQ(count(flat), 16);
+  EXPECT_EQ(count(flat_nurbs), 25);
+  EXPECT_GT(count(native), 400);
+  EXPECT_GT(count(spline), 400);
+  EXPECT_LT(std::max(count(native), count(spline)), 3 * std::min(count(native), count(spline)));
+}
+
+TEST(SceneTest, PacketsHaveOneTo64Rays) {
+  const auto store = std::make_shared<NurbsStore>(mixed_store());
+  EXPECT_THROW(Scene(store, 1, {LeafBoxes::kTuned, 0}), ArgumentError);
+  EXPECT_THROW(Scene(store, 1, {LeafBoxes::kTuned, 65}), ArgumentError);
 }
 
 }  // namespace
