@@ -112,15 +112,44 @@ HWY_INLINE Lanes to_grid(Lanes x, Lanes m) {
   return (x + magic) - magic;
 }
 
-// From iterates that have converged on the lanes of `converged` to the answer.
+// How far rounding and curvature may have moved the iterate before the last step, per mm of residual.
+struct Stretch {
+  Lanes u, v;
+};
+
+// Newton on the active lanes; a lane that has converged keeps still, whatever the others do. All iterates are
+// grid points, so that the last evaluation before a lane converges is mostly that of the answer. Not inlined:
+// the evaluator's code stands once for all callers.
 template <typename Form>
-HWY_INLINE void finish(const Form& form, std::uint32_t poles, const RayFrame& ray, Lanes u, Lanes v,
-                       Mask converged, Roots& r) {
-  const Scale scale = scale_at(poles, u, v);
-  u = to_grid(u, scale.m);
-  v = to_grid(v, scale.m);
-  const Jet jet = form.jet(u, v);
-  const Step s = newton_step<Form::kRational>(ray, jet, poles);
+HWY_NOINLINE void newton(const Form& form, std::uint32_t poles, const RayFrame& ray, const Lanes (&start)[2],
+                         const Lanes (&max_step)[2], int max_count, Mask active, std::uint32_t& steps,
+                         Roots& r, Stretch* stretch) {
+  Scale scale = scale_at(poles, start[0], start[1]);
+  Lanes u = to_grid(start[0], scale.m), v = to_grid(start[1], scale.m);
+  Mask open = active, converged = mask_from_bits(0);
+  Jet jet;
+  Step s;
+  bool last = false;
+  for (int k = 1;; ++k) {
+    jet = form.jet(u, v);
+    s = newton_step<Form::kRational>(ray, jet, poles);
+    if (last) break;
+    Lanes next_u = u + clamp(s.du, max_step[0]), next_v = v + clamp(s.dv, max_step[1]);
+    scale = scale_at(poles, next_u, next_v);
+    const Mask done = open & (abs(s.du) <= scale.step_u) & (abs(s.dv) <= scale.step_v);  // false for NaN
+    next_u = to_grid(next_u, scale.m), next_v = to_grid(next_v, scale.m);
+    const Mask moved = open & ((next_u < u) | (next_u > u) | (next_v < v) | (next_v > v));
+    u = select(open, next_u, u);
+    v = select(open, next_v, v);
+    converged = converged | done;
+    open = and_not(done, open);
+    if (none(open) || k == max_count) {
+      if (none(moved & converged)) break;
+      last = true;
+    }
+    steps += count_bits(bits(open));
+  }
+  scale = scale_at(poles, u, v);
   const Lanes limit(4.0 * trace::kRootGrid);
   r.converged = converged & (abs(s.du) <= limit + scale.step_u) & (abs(s.dv) <= limit + scale.step_v);
   r.u = u + s.du;
@@ -137,6 +166,11 @@ HWY_INLINE void finish(const Form& form, std::uint32_t poles, const RayFrame& ra
     n = cross(s.pu, s.pv);
   }
   r.normal = n * (Lanes(1.0) / sqrt(dot(n, n)));
+  if (stretch) {
+    const Lanes inverse = abs(s.inverse);
+    stretch->u = (abs(s.b.x) + abs(s.b.y) + abs(s.b.z)) * inverse;
+    stretch->v = (abs(s.a.x) + abs(s.a.y) + abs(s.a.z)) * inverse;
+  }
 }
 
 HWY_INLINE Vec3 broadcast(const double (&v)[3]) { return {Lanes(v[0]), Lanes(v[1]), Lanes(v[2])}; }

@@ -18,27 +18,6 @@ namespace trimray::HWY_NAMESPACE {
 
 using trace::RootLanes;
 
-// Newton from (u, v) on the active lanes; a lane that has converged keeps still, whatever the others do.
-// Not inlined: the evaluator's code stands once for both callers.
-template <typename Form>
-HWY_NOINLINE void newton(const Form& form, std::uint32_t poles, const RayFrame& ray, const Lanes (&start)[2],
-                         const Lanes (&max_step)[2], Mask active, std::uint32_t& steps, Roots& r) {
-  Lanes u = start[0], v = start[1];
-  Mask open = active, converged = mask_from_bits(0);
-  for (int k = 0; k < trace::kMaxNewtonSteps && !none(open); ++k) {
-    const Step s = newton_step<Form::kRational>(ray, form.jet(u, v), poles);
-    const Lanes du = clamp(s.du, max_step[0]), dv = clamp(s.dv, max_step[1]);
-    u = select(open, u + du, u);
-    v = select(open, v + dv, v);
-    const Scale scale = scale_at(poles, u, v);
-    const Mask done = open & (abs(s.du) <= scale.step_u) & (abs(s.dv) <= scale.step_v);  // false for NaN
-    converged = converged | done;
-    open = and_not(done, open);
-    steps += count_bits(bits(open));
-  }
-  finish(form, poles, ray, u, v, converged, r);
-}
-
 template <typename Form>
 HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* net, const LeafBound& leaf,
                            const RayLanes& rays, RootLanes& out) {
@@ -65,7 +44,7 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* ne
                               mul_add(clamp(num_v / den, one), half_v, mid_v)};
       const Lanes max_step[2] = {half_u + half_u, half_v + half_v};
       Roots r;
-      newton(form, patch.poles, ray, start, max_step, go, out.steps, r);
+      newton(form, patch.poles, ray, start, max_step, trace::kMaxNewtonSteps, go, out.steps, r, nullptr);
       const Lanes off_u = abs(r.u - mid_u), off_v = abs(r.v - mid_v);
       const Mask on = r.converged & (off_u <= half_u + Lanes(trace::kLeafSlack)) &
                       (off_v <= half_v + Lanes(trace::kLeafSlack));
@@ -91,7 +70,8 @@ HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes
   std::uint32_t steps = 0;
   const Lanes from[2] = {Lanes(start.x), Lanes(start.y)}, limit[2] = {Lanes(max_step), Lanes(max_step)};
   Roots r;
-  newton(form, patch.poles, near_patch(patch, rays, 0), from, limit, mask_from_bits(1), steps, r);
+  newton(form, patch.poles, near_patch(patch, rays, 0), from, limit, trace::kMaxNewtonSteps,
+         mask_from_bits(1), steps, r, nullptr);
   double x[6][8];
   store(r.u, x[0]), store(r.v, x[1]), store(r.t, x[2]);
   store(r.normal.x, x[3]), store(r.normal.y, x[4]), store(r.normal.z, x[5]);

@@ -20,7 +20,6 @@ using trace::SeededRoots;
 using trace::SeedLanes;
 
 HWY_INLINE Lanes larger(Lanes a, Lanes b) { return select(a > b, a, b); }
-HWY_INLINE Lanes length_1(const Vec3& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
 
 // From uv_face to the patch's parameter, roughly where there is a map: within 2 % of a patch of a half turn.
 HWY_INLINE Lanes seed_parameter(const ParamCurve& curve, Lanes u) {
@@ -52,46 +51,18 @@ HWY_INLINE Mask one_grid_point(Lanes x, Lanes error, std::uint32_t poles, Lanes 
   return (b <= a) & (c <= b) & (b <= c) & (d <= c) & (c <= d);
 }
 
-// Newton from (u, v). safe: converged, and every other start that converges to this root under solve_leaf's
-// rule gives the same bits.
-template <typename Form>
-HWY_NOINLINE void newton_seeded(const Form& form, const Patch& patch, const RayFrame& ray,
-                                const Lanes (&start)[2], Mask active, std::uint32_t& steps, Roots& r,
-                                Mask& safe) {
-  // Rounding of the residual, for both iterates; and what the other one's last step may leave.
-  const Lanes noise(6e-15 * patch.size * patch.max_weight), bend(patch.bend), least(2e-16);
-  const Lanes longest(0.25), unit(trace::kRootGrid);
-  Lanes u = start[0], v = start[1], error_u = u, error_v = v, m(1.0);
-  Mask open = active, converged = mask_from_bits(0);
-  for (int k = 0; k < trace::kMaxSeededSteps && !none(open); ++k) {
-    const Step s = newton_step<Form::kRational>(ray, form.jet(u, v), patch.poles);
-    // By Kantorovich's theorem a root lies within twice the step where inverse * bend * step is below 1/4,
-    // and the step leaves no more than inverse * bend * step^2.
-    const Lanes length = larger(abs(s.du), abs(s.dv));
-    Lanes other = least;
-    if (patch.poles != 0) {
-      const Scale before = scale_at(patch.poles, u, v);
-      const Lanes step = larger(before.step_u, before.step_v);
-      other = step * step + step * step;
-    }
-    const Lanes residual = mul_add(bend, mul_add(length * Lanes(1.25), length, other), noise);
-    const Lanes stretch = abs(s.inverse) * residual;
-    error_u = select(open, length_1(s.b) * stretch, error_u);
-    error_v = select(open, length_1(s.a) * stretch, error_v);
-    u = select(open, u + clamp(s.du, longest), u);
-    v = select(open, v + clamp(s.dv, longest), v);
-    m = scale_at(patch.poles, u, v).m;
-    const Lanes limit = unit * m * Lanes(1.0 / 64);
-    const Mask done = open & (error_u <= limit) & (error_v <= limit);  // false for NaN
-    converged = converged | done;
-    open = and_not(done, open);
-    steps += count_bits(bits(open));
-  }
-  const Lanes margin = unit * m * Lanes(1.0 / 4096);
-  safe = converged & one_grid_point(u, error_u + margin, patch.poles, m) &
-         one_grid_point(v, error_v + margin, patch.poles, m);
-  finish(form, patch.poles, ray, u, v, safe, r);
-  safe = safe & r.converged;
+// The lanes whose bits every other start that converges to this root would give, under solve_leaf's rule.
+HWY_INLINE Mask certain(const Patch& patch, const Roots& r, const Stretch& stretch) {
+  const Scale scale = scale_at(patch.poles, r.u, r.v);
+  // What a step leaves: by Kantorovich's theorem a root lies within twice a step where stretch * bend * step
+  // is below 1/4, and no further from its end than stretch * bend * step^2. Twice, for another start may have
+  // come from elsewhere; and rounding of both residuals.
+  const Lanes step = larger(scale.step_u, scale.step_v) + Lanes(4.0 * trace::kRootGrid);
+  const Lanes residual =
+      mul_add(Lanes(2.5 * patch.bend) * step, step, Lanes(6e-15 * patch.size * patch.max_weight));
+  const Lanes margin = Lanes(trace::kRootGrid / 4096) * scale.m;
+  return r.converged & one_grid_point(r.u, mul_add(stretch.u, residual, margin), patch.poles, scale.m) &
+         one_grid_point(r.v, mul_add(stretch.v, residual, margin), patch.poles, scale.m);
 }
 
 // The leaf whose part of the patch holds (u, v).
@@ -119,13 +90,15 @@ struct SeededWork {
       const RayFrame ray = near_patch(patch, rays, first);
       const Lanes start[2] = {into_patch(seed_parameter(patch.u, load(seeds.u + first))),
                               into_patch(seed_parameter(patch.v, load(seeds.v + first)))};
+      const Lanes longest[2] = {Lanes(0.25), Lanes(0.25)};
       Roots r;
-      Mask safe;
-      newton_seeded(form, patch, ray, start, mask_from_bits(wanted), out.steps, r, safe);
+      Stretch stretch;
+      newton(form, patch.poles, ray, start, longest, trace::kMaxSeededSteps, mask_from_bits(wanted),
+             out.steps, r, &stretch);
       store(r.u, out.param_u + first), store(r.v, out.param_v + first), store(r.t, out.t + first);
       store(r.normal.x, out.normal_x + first), store(r.normal.y, out.normal_y + first);
       store(r.normal.z, out.normal_z + first);
-      settle(first, ray, r, bits(safe));
+      settle(first, ray, r, bits(certain(patch, r, stretch)));
     }
   }
 

@@ -1,11 +1,12 @@
 // Speed of the patch kernel alone, without hierarchy or trimming: parallel rays in blocks of 4 x 2 pixels
 // against every leaf whose box they meet.
 //
-//   patch_bench [PATCHES.txt]     bicubic patches, 16 lines "x y z [w]" each; without a file, random rational
-//   ones
+//   patch_bench [PATCHES.txt]     bicubic patches, 16 lines "x y z [w]" each; without a file, random ones
+//   patch_bench DU DV [0|1]       random patches of other degrees; 1: rational
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <random>
@@ -45,16 +46,17 @@ std::vector<std::vector<dvec4>> read_patches(const char* path) {
   return patches;
 }
 
-std::vector<std::vector<dvec4>> random_patches(int side) {
+std::vector<std::vector<dvec4>> random_patches(int side, int du, int dv, bool rational) {
   std::mt19937 rng(7);
   std::uniform_real_distribution<double> noise(-0.06, 0.06), weight(0.7, 1.4);
   std::vector<std::vector<dvec4>> patches;
   for (int k = 0; k < side * side; ++k) {
     patches.emplace_back();
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) {
-        const dvec3 p(k % side + i / 3.0 + noise(rng), k / side + j / 3.0 + noise(rng), 3.0 * noise(rng));
-        const double w = weight(rng);
+    for (int i = 0; i <= du; ++i)
+      for (int j = 0; j <= dv; ++j) {
+        const dvec3 p(k % side + double(i) / du + noise(rng), k / side + double(j) / dv + noise(rng),
+                      3.0 * noise(rng));
+        const double w = rational ? weight(rng) : 1.0;
         patches.back().push_back(dvec4(p * w, w));
       }
   }
@@ -65,7 +67,43 @@ struct Counts {
   long long rays = 0, one = 0, none = 0, steps = 0, calls = 0;
   double seconds = 0.0, clip_seconds = 0.0;
   long long clipped = 0, clip_roots = 0;
+  double seeded_seconds = 0.0, again_seconds = 0.0;  // seeded, and solve() on the same lanes
+  long long seeds = 0, seeded = 0, seeded_steps = 0, again_steps = 0;
 };
+
+// The roots of `out` once more, from seeds about `off` of a patch away, and by solve() for comparison.
+void shoot_seeded(const PatchSet& set, std::int32_t leaf, const std::vector<RayLanes>& blocks,
+                  const std::vector<RootLanes>& out, double off, Counts& counts) {
+  std::vector<RayLanes> rays;
+  std::vector<SeedLanes> seeds;
+  std::mt19937 rng(17);
+  std::uniform_real_distribution<double> noise(-off, off);
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    if (out[k].one == 0) continue;
+    rays.push_back(blocks[k]);
+    rays.back().active = out[k].one;
+    seeds.emplace_back();
+    for (int i = 0; i < kLanes; ++i) {
+      const bool one = out[k].one >> i & 1u;
+      seeds.back().u[i] = one ? out[k].u[i] + noise(rng) : 0.5;
+      seeds.back().v[i] = one ? out[k].v[i] + noise(rng) : 0.5;
+    }
+    counts.seeds += std::popcount(out[k].one);
+  }
+  const std::int32_t patch = set.leaves()[leaf].patch;
+  std::vector<SeededRoots> seeded(rays.size());
+  std::vector<RootLanes> again(rays.size());
+  const double start = seconds_now();
+  for (std::size_t k = 0; k < rays.size(); ++k) set.solve_seeded(patch, rays[k], seeds[k], seeded[k]);
+  const double middle = seconds_now();
+  for (std::size_t k = 0; k < rays.size(); ++k) set.solve(leaf, rays[k], again[k]);
+  const double end = seconds_now();
+  counts.seeded_seconds += middle - start, counts.again_seconds += end - middle;
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    counts.seeded += std::popcount(seeded[k].one), counts.seeded_steps += seeded[k].steps;
+    counts.again_steps += again[k].steps;
+  }
+}
 
 void shoot(const PatchSet& set, const dvec3& dir, const Box3& bounds, Counts& counts) {
   const dvec3 away = std::fabs(dir.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(1, 0, 0);
@@ -119,6 +157,7 @@ void shoot(const PatchSet& set, const dvec3& dir, const Box3& bounds, Counts& co
       counts.none += std::popcount(out[k].none), counts.steps += out[k].steps;
     }
     const double end = seconds_now();
+    shoot_seeded(set, static_cast<std::int32_t>(leaf), blocks, out, 0.01, counts);
     counts.calls += static_cast<long long>(blocks.size());
     counts.seconds += middle - start;
     counts.clip_seconds += end - middle;
@@ -127,9 +166,12 @@ void shoot(const PatchSet& set, const dvec3& dir, const Box3& bounds, Counts& co
 
 int run(int argc, char** argv) {
   std::vector<nurbs::FaceSpec> faces;
-  for (const auto& net : argc > 1 ? read_patches(argv[1]) : random_patches(6)) {
+  const bool degrees = argc > 2;
+  const int du = degrees ? std::atoi(argv[1]) : 3, dv = degrees ? std::atoi(argv[2]) : 3;
+  const bool rational = argc > 3 ? std::atoi(argv[3]) != 0 : !degrees;
+  for (const auto& net : argc == 2 ? read_patches(argv[1]) : random_patches(6, du, dv, rational)) {
     nurbs::FaceSpec face;
-    face.surface = nurbs::make_bezier(3, 3, net);
+    face.surface = nurbs::make_bezier(du, dv, net);
     face.uv_box.add(dvec2(0.0)), face.uv_box.add(dvec2(1.0));
     faces.push_back(face);
   }
@@ -153,6 +195,11 @@ int run(int argc, char** argv) {
   std::printf("open rays: %.0f ns each, %.2f roots each; %.2f ns spread over all rays\n",
               c.clip_seconds / c.clipped * 1e9, double(c.clip_roots) / c.clipped,
               c.clip_seconds / c.rays * 1e9);
+  std::printf(
+      "seeds 1e-2 of a patch off: %.1f ns per root, one %.2f %%, %.2f steps; solve on these lanes: %.1f "
+      "ns, %.2f steps\n",
+      c.seeded_seconds / c.seeds * 1e9, 100.0 * c.seeded / c.seeds, double(c.seeded_steps) / c.seeds,
+      c.again_seconds / c.seeds * 1e9, double(c.again_steps) / c.seeds);
   return 0;
 }
 
