@@ -184,6 +184,16 @@ void SetKernel(RayPacket& p, const Bvh& bvh, const RayBlock& block, std::uint64_
     sum_y = hn::Add(sum_y, hn::IfThenElseZero(meets, dy));
     sum_z = hn::Add(sum_z, hn::IfThenElseZero(meets, dz));
   }
+  // A kernel loads more floats at once than doubles go in here: what lies in between must not be denormal,
+  // or every operation on it costs as much as a whole packet.
+  const std::size_t wide = hn::Lanes(Floats());
+  for (std::size_t i = 0; i < kPacketSize; i += lanes) {
+    if ((p.live >> i & group) || !(p.live >> (i / wide * wide) & ((std::uint64_t{1} << wide) - 1))) continue;
+    const auto zero = hn::Zero(f);
+    for (int a = 0; a < 3; ++a)
+      hn::Store(zero, f, p.org[a] + i), hn::Store(zero, f, p.dir[a] + i), hn::Store(zero, f, p.inv[a] + i);
+    hn::Store(zero, f, p.tmin + i), hn::Store(zero, f, p.tmax + i);
+  }
   p.order[0] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_x)));
   p.order[1] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_y)));
   p.order[2] = static_cast<float>(hn::GetLane(hn::SumOfLanes(d, sum_z)));
