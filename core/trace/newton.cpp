@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "core/base/simd.h"
 
@@ -24,6 +25,11 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* ne
   const Vec3 center = broadcast(leaf.center), a = broadcast(leaf.a), b = broadcast(leaf.b),
              k = broadcast(leaf.k);
   const Lanes half_u(leaf.half_u), half_v(leaf.half_v), mid_u(leaf.mid_u), mid_v(leaf.mid_v);
+  // Rounding of the products with g: where the ray runs along an axis, all that it is compared with vanishes.
+  const auto slack = [&](const double(&x)[3]) HWY_ATTR {
+    return Lanes(4e-15 * patch.size * (std::fabs(x[0]) + std::fabs(x[1]) + std::fabs(x[2])));
+  };
+  const Lanes slack_a = slack(leaf.a), slack_b = slack(leaf.b), slack_k = slack(leaf.k);
   for (int first = 0; first < trace::kLanes; first += kWidth) {
     const std::uint32_t wanted = (rays.active >> first) & ((1u << kWidth) - 1u);
     if (wanted == 0) continue;
@@ -33,8 +39,8 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* ne
     const Proof proof = proof_of(leaf, ray.d);
     const Lanes den = proof.den, size = proof.size, wide_a = proof.wide_a, wide_b = proof.wide_b;
     const Lanes num_u = dot(g, b), num_v = Lanes(0.0) - dot(g, a);
-    const Mask miss =
-        (abs(num_u) > size + wide_b) | (abs(num_v) > size + wide_a) | (abs(dot(g, k)) > wide_a + wide_b);
+    const Mask miss = (abs(num_u) > size + wide_b + slack_b) | (abs(num_v) > size + wide_a + slack_a) |
+                      (abs(dot(g, k)) > wide_a + wide_b + slack_k);
     const Mask active = mask_from_bits(wanted);
     const Mask go = active & and_not(miss, proof.holds);
     std::uint32_t none_bits = bits(active & miss), one_bits = 0;

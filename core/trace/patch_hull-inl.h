@@ -102,6 +102,7 @@ HWY_NOINLINE Mask misses_leaf(const trace::Patch& patch, const dvec4* points, co
   const Vec3 n{Lanes(leaf.ab[0]), Lanes(leaf.ab[1]), Lanes(leaf.ab[2])};
   Vec3 a = neg_mul_add(dot(n, d), d, n);
   a = a * (Lanes(1.0) / sqrt(dot(a, a)));
+  a = neg_mul_add(dot(a, d), d, a);  // once more: next to the normal the first one leaves little but rounding
   const Vec3 b = cross(d, a);
   ProjectedNet net;
   const Lanes oa = dot(o, a), ob = dot(o, b);
