@@ -20,6 +20,10 @@ namespace {
 // has 13,018; about so many these give.
 constexpr LeafDetail kPaperDetail{5, 7.2e-4};
 
+// LeafBoxes::kTuned, of patches. Flatter leaves than one root wants: long bent ones have wide boxes, and rays
+// that graze them are left to subdivision.
+constexpr LeafDetail kTunedDetail{1, 1.5e-3};
+
 // Twice the widest band among the face's edges: what the edge rule may still want to admit.
 std::vector<double> face_margins(const NurbsStore& store, const nurbs::Prototype& p) {
   const double least = 4.0 * kMinBand * (p.bounds.empty() ? 1.0 : p.bounds.diagonal());
@@ -61,7 +65,7 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
       first_face(s.prototypes[prototype].faces.begin),
       margin_mm(face_margins(s, s.prototypes[prototype])),
       patches(s, prototype, margin_mm, threads,
-              leaf_boxes == LeafBoxes::kPaper ? kPaperDetail : LeafDetail{}),
+              leaf_boxes == LeafBoxes::kPaper ? kPaperDetail : kTunedDetail),
       sieve(s, prototype),
       rule(s, prototype) {
   const nurbs::Prototype& p = store.prototypes[prototype];
