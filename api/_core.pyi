@@ -200,6 +200,38 @@ class Camera:
         Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.
         """
 
+class Seeds:
+    """
+    Where on which surface a tracer should look first, by pixel. Never trusted.
+    """
+
+    @staticmethod
+    def from_arrays(
+        id: Annotated[
+            NDArray[numpy.uint32], dict(shape=(None, None), order="C", device="cpu", writable=False)
+        ],
+        uv: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, None, 2), order="C", device="cpu", writable=False)
+        ],
+        targets: Annotated[
+            NDArray[numpy.int32], dict(shape=(None, 2), order="C", device="cpu", writable=False)
+        ],
+        target_uv: Annotated[
+            NDArray[numpy.float32], dict(shape=(None, 2), order="C", device="cpu", writable=False)
+        ],
+    ) -> Seeds:
+        """
+        id (h, w) uint32: 0 for nothing, else one more than the number of a target. uv (h, w, 2) float32, as fractions of the face's uv box, for targets that are surfaces; (0, 0, 2) for targets that are triangles. targets (n, 2) int32: instance and face; target_uv (n, 2) float32.
+        """
+
+    @property
+    def targets(self) -> int: ...
+    def id(self) -> NDArray[numpy.uint32]:
+        """(h, w) uint32."""
+
+    def uv(self) -> NDArray[numpy.float32]:
+        """(h, w, 2) float32, of what was seen; 0 for nothing."""
+
 class Progress:
     """Tiles done of a render that another thread waits for."""
 
@@ -269,11 +301,14 @@ class Scene:
             NDArray[numpy.float32], dict(shape=(None, 4), order="C", device="cpu", writable=False)
         ],
         orientation: bool,
-        reference: bool,
+        mode: str,
         threads: int,
         progress: Progress,
+        seeds: Seeds | None = None,
     ) -> dict[str, Any]:
-        """Planes of a picture by name, each (height, width[, channels])."""
+        """
+        mode: hybrid, standard or reference; seeds: of the same camera, for hybrid. Planes of a picture by name, each (height, width[, channels]).
+        """
 
 def near_edge(scene: Scene, org: Sequence[float], dir: Sequence[float], tmax: float) -> bool:
     """Does the ray pass an edge within its band before tmax (mm)?"""

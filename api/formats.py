@@ -63,8 +63,7 @@ def mesh_format_of(path: str | os.PathLike[str], format: str | None = None) -> s
 def check_fit(format: str, aovs: tuple[str, ...], opaque: bool) -> None:
     """Raises UsageError when a picture with these planes cannot go into the format: before it is rendered,
     not after."""
-    others = [name for name in aovs if name != "color"]
-    if format != "exr" and others:
-        raise UsageError(f"{format} holds the colour only, not {', '.join(others)}: write exr")
-    if format == "jpeg" and not opaque:
+    if format != "exr" and len(aovs) > 1:
+        raise UsageError(f"{format} holds one plane only, not {', '.join(aovs)}: write exr")
+    if format == "jpeg" and not opaque and "color" in aovs:
         raise UsageError("jpeg has no transparency: choose another format or background")

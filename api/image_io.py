@@ -15,6 +15,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .false_colors import false_colors
 from .formats import FORMATS, check_fit, format_of
 from .importer.errors import OutputError, UsageError
 from .version import __version__
@@ -36,6 +37,9 @@ CHANNELS = {
     "uv": ("uv.U", "uv.V"),
     "face": ("face.I",),
     "instance": ("instance.I",),
+    "seed_id": ("seed_id.I",),
+    "seed_uv": ("seed_uv.U", "seed_uv.V"),
+    "time": ("time.ns",),
 }
 
 # float32 holds every integer up to here, so ids keep their value (and -1 for nothing) in a float channel.
@@ -62,12 +66,13 @@ def preload() -> None:
 
 
 def encode(frame: Frame, format: str) -> bytes:
-    """The bytes of the image file: exr holds every plane, the other formats the colour alone. Equal frames
-    give equal bytes. Raises UsageError, OutputError."""
+    """The bytes of the image file: exr holds every plane, the other formats the colour, or the one plane that
+    there is in false colours. Equal frames give equal bytes. Raises UsageError, OutputError."""
     if format == "exr":
         return _encode(format, *_exr_pixels(frame))
     if "color" not in frame:
-        raise UsageError(f"{format} holds the colour, which was not rendered: write exr")
+        check_fit(format, frame.aovs, True)
+        return _encode(format, CHANNELS["color"][:3], false_colors(frame.aovs[0], frame[frame.aovs[0]]))
     opaque = bool(frame["color"][..., 3].min() >= 1.0)
     check_fit(format, ("color",), opaque)
     return _encode(format, *_byte_pixels(frame, opaque))
@@ -89,7 +94,7 @@ def _exr_pixels(frame: Frame) -> tuple[tuple[str, ...], npt.NDArray[Any]]:
         if aov == "color":
             alpha = plane[..., 3:].astype(np.float64)
             plane = np.concatenate([_linear(plane[..., :3].astype(np.float64)) * alpha, alpha], axis=-1)
-        if plane.dtype == np.int32 and plane.size and int(plane.max()) > _MAX_EXACT_ID:
+        if plane.dtype in (np.int32, np.uint32) and plane.size and int(plane.max()) > _MAX_EXACT_ID:
             raise UsageError(f"exr: {aov} numbers above {_MAX_EXACT_ID} do not fit its float channels")
         planes.append(plane.reshape(frame.height, frame.width, -1).astype(np.float32))
         names.extend(CHANNELS[aov])

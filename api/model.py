@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -19,27 +18,16 @@ from .frame import Frame
 from .hierarchy import Hierarchy
 from .hits import Hits, Rays, check_rays
 from .importer.errors import EmptyError, UsageError
+from .pictures import Look, draw
 from .report import Report, make_report
-from .run import run_watched
-from .views import (
-    MODES,
-    PROJECTIONS,
-    UP_AXES,
-    Background,
-    View,
-    choose,
-    parse_aovs,
-    parse_background,
-    parse_samples,
-    parse_size,
-    parse_view,
-)
+from .views import CAST_MODES, PROJECTIONS, UP_AXES, Background, View, choose, parse_size, parse_view
 
 if TYPE_CHECKING:
     from .tri_mesh import TriMesh
     from .view_mesh import Levels
 
-Mode = Literal["standard", "reference"]
+CastMode = Literal["standard", "reference"]
+Mode = Literal["hybrid", "standard", "reference"]
 Progress = Callable[[str, float | None], None]
 
 # Rays a cast gives to the core at once; between two such portions Ctrl-C is heard.
@@ -233,7 +221,7 @@ class Model:
         *,
         tmin: npt.ArrayLike = 0.0,
         tmax: npt.ArrayLike = math.inf,
-        mode: Mode = "standard",
+        mode: CastMode = "standard",
         threads: int = 0,
     ) -> Hits:
         """The nearest hit of each ray in [tmin, tmax]: exact first hits on the trimmed surfaces.
@@ -247,7 +235,7 @@ class Model:
         threads: 0 for all cores; the result is the same for any number. |error of t| <= 1e-9 of the model's
         diagonal. Raises UsageError.
         """
-        reference = choose("mode", mode, MODES) == "reference"
+        reference = choose("mode", mode, CAST_MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
         portions = []
         for part in _portions(rays, _PORTION[mode]):
@@ -268,14 +256,14 @@ class Model:
         *,
         tmin: npt.ArrayLike = 0.0,
         tmax: npt.ArrayLike = math.inf,
-        mode: Mode = "standard",
+        mode: CastMode = "standard",
         threads: int = 0,
     ) -> npt.NDArray[np.int32]:
         """Crossings per ray in [tmin, tmax], (n,) int32: even on closed solids for rays that start outside.
 
         Arguments and errors as in ``cast``.
         """
-        reference = choose("mode", mode, MODES) == "reference"
+        reference = choose("mode", mode, CAST_MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
         portions = []
         for part in _portions(rays, _PORTION[mode]):
@@ -294,7 +282,7 @@ class Model:
         up: str = "z",
         samples: int = 4,
         background: Background = "white",
-        mode: Mode = "standard",
+        mode: Mode = "hybrid",
         aovs: Sequence[str] | str = ("color",),
         orientation: bool = False,
         threads: int = 0,
@@ -312,7 +300,9 @@ class Model:
         samples: rays per pixel for the colour.
         background: a colour (name, "#rrggbb", 3 or 4 numbers in [0, 1]), two of them for a gradient from top
             to bottom, or "transparent".
-        aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance"; see Frame.
+        mode: the tracer; every one gives the same picture, to the byte for "hybrid", the fastest, and
+            "standard". "reference" is the slow one that judges the others.
+        aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance", "time"; see Frame.
         orientation: tint faces that turn their inner side to the eye.
         threads: 0 for all cores; the bytes are the same for any number.
         time_limit: seconds. progress: called with "hierarchy" or "trace" and a fraction or None.
@@ -322,21 +312,8 @@ class Model:
             camera = view._core
         else:
             camera = self._camera(parse_size(size), view, projection, up)
-        names, reference = parse_aovs(aovs), choose("mode", mode, MODES) == "reference"
-        backdrop = np.array(parse_background(background), np.float32)
-        count = parse_samples(samples)
-
-        def work(tiles: _core.Progress) -> dict[str, npt.NDArray[Any]]:
-            scene = self._scene
-            start = time.perf_counter()
-            planes = scene.render(
-                camera, list(names), count, backdrop, orientation, reference, threads, tiles
-            )
-            self._seconds["trace"] = time.perf_counter() - start
-            return planes
-
-        planes = run_watched(work, _core.Progress(), time_limit, progress)
-        return Frame(planes, (camera.width_px, camera.height_px))
+        look = Look.of(aovs, samples, background, mode, orientation, threads)
+        return draw(self, camera, look, time_limit, progress)
 
     def _camera(self, size: tuple[int, int], view: View, projection: str, up: str) -> _core.Camera:
         azimuth, elevation = parse_view(view)

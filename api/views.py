@@ -24,8 +24,11 @@ VIEWS: dict[str, tuple[float, float]] = {
 # Names as _core.UpAxis has them.
 UP_AXES = {"x": "X", "y": "Y", "z": "Z", "-x": "MINUS_X", "-y": "MINUS_Y", "-z": "MINUS_Z"}
 PROJECTIONS = ("orthographic", "perspective")
-MODES = ("standard", "reference")
+MODES = ("hybrid", "standard", "reference")
+CAST_MODES = ("standard", "reference")
+# What a picture is of, and what its making was like.
 AOVS = ("color", "depth", "position", "normal", "uv", "face", "instance")
+MAKING_AOVS = ("seed_id", "seed_uv", "time")
 MAX_SIZE_PX = 32768
 MAX_SAMPLES = 1024
 
@@ -109,12 +112,14 @@ def parse_samples(samples: int | str) -> int:
 
 
 def parse_aovs(aovs: object) -> tuple[str, ...]:
-    """Names of AOVS, each once, in the order of AOVS. Takes a sequence or "a,b". Raises UsageError."""
+    """Names of AOVS and MAKING_AOVS, each once, in their order. Takes a sequence or "a,b". Raises
+    UsageError."""
     names = aovs.replace(" ", "").split(",") if isinstance(aovs, str) else list(aovs)  # type: ignore[call-overload]
     if not names:
         raise UsageError("aovs: nothing asked for")
-    asked = {choose("aov", name, AOVS) for name in names}
-    return tuple(name for name in AOVS if name in asked)
+    known = (*AOVS, *MAKING_AOVS)
+    asked = {choose("aov", name, known) for name in names}
+    return tuple(name for name in known if name in asked)
 
 
 def parse_background(background: Background) -> tuple[Rgba, Rgba]:

@@ -224,7 +224,8 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "aov",
         ("--aov",),
-        "Planes to write, of: color depth position normal uv face instance. All but color need exr.",
+        "Planes to write, of: color depth position normal uv face instance time. Several need exr; one other "
+        "than color is shown in false colours elsewhere.",
         "NAME[,NAME]",
         "color",
         parse=_aov,
@@ -240,9 +241,9 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "mode",
         ("--mode",),
-        "Tracer; reference is the slow one that judges the other.",
-        default="standard",
-        choices=("standard", "reference"),
+        "Tracer; all give the same picture. reference is the slow one that judges the others.",
+        default="hybrid",
+        choices=("hybrid", "standard", "reference"),
     ),
     Option(
         "heal",

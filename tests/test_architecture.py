@@ -19,9 +19,16 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
     "view": ("core/base/", "core/view/"),
     "tess": ("core/base/", "core/nurbs/", "core/view/", "core/tess/"),
     "trace": ("core/base/", "core/nurbs/", "core/view/", "core/trace/"),
-    "hybrid": ("core/base/", "core/nurbs/", "core/view/", "core/trace/", "core/hybrid/", "raster/seed_buffers.h"),
+    "hybrid": (
+        "core/base/",
+        "core/nurbs/",
+        "core/view/",
+        "core/trace/",
+        "core/hybrid/",
+        "raster/seed_buffers.h",
+    ),
     "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
-    "bind": ("core/",),
+    "bind": ("core/", "raster/"),
 }
 
 # Libraries that only some folders may name.

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -23,5 +24,15 @@ void parallel_ranges(std::size_t count, std::size_t grain, int threads, const Bo
         tbb::simple_partitioner());
   });
 }
+
+// A T for each thread that asks for it, made when it first does.
+template <typename T>
+class PerThread {
+ public:
+  T& local() { return values_.local(); }
+
+ private:
+  tbb::enumerable_thread_specific<T> values_;
+};
 
 }  // namespace trimray

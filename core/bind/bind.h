@@ -16,6 +16,7 @@ namespace nb = nanobind;
 
 void bind_store(nb::module_& m);
 void bind_trace(nb::module_& m);
+void bind_seeds(nb::module_& m);
 void bind_view(nb::module_& m);
 void bind_measure(nb::module_& m);
 void bind_mesh_file(nb::module_& m);

@@ -11,6 +11,8 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/bind/bind.h"
+#include "core/bind/casters.h"
+#include "core/bind/seeds.h"
 #include "core/reference/reference.h"
 #include "core/trace/render.h"
 #include "core/trace/scene.h"
@@ -104,18 +106,6 @@ Out<std::int32_t> count_hits(const trace::Scene& scene, const In2<double, 3>& or
   return array(std::move(counts), {n});
 }
 
-trace::Caster caster(const trace::Scene& scene, const view::Camera& camera, bool reference) {
-  if (!reference) return trace::standard_caster(scene, camera);
-  const nurbs::NurbsStore& store = scene.store();
-  trace::Caster c;
-  c.nearest = [&store](std::span<const Ray> rays, std::span<Hit> hits) {
-    reference::cast(store, rays, hits, 1);
-  };
-  c.tile = trace::tiles_of(camera, c.nearest);
-  c.all = [&store](const Ray& ray, std::vector<Hit>& hits) { reference::cast_all(store, ray, hits); };
-  return c;
-}
-
 view::Planes planes_of(const std::vector<std::string>& names) {
   view::Planes p{.color = false};
   for (const std::string& name : names) {
@@ -133,6 +123,8 @@ view::Planes planes_of(const std::vector<std::string>& names) {
       p.face = true;
     else if (name == "instance")
       p.instance = true;
+    else if (name == "time")
+      p.time = true;
     else
       throw ArgumentError("unknown AOV '" + name + "'");
   }
@@ -142,7 +134,8 @@ view::Planes planes_of(const std::vector<std::string>& names) {
 nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const view::Camera& camera,
                                              const std::vector<std::string>& aovs, int samples,
                                              const In2<float, 4>& background, bool orientation,
-                                             bool reference, int threads, trace::Progress& progress) {
+                                             const std::string& mode, int threads, trace::Progress& progress,
+                                             const Seeds* seeds) {
   trace::RenderOptions options;
   options.camera = camera;
   options.planes = planes_of(aovs);
@@ -152,10 +145,12 @@ nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const vi
   if (background.shape(0) != 2) throw ArgumentError("background must be two colours, (2, 4)");
   for (int c = 0; c < 4; ++c)
     options.background.top[c] = background(0, c), options.background.bottom[c] = background(1, c);
+  const raster::SeedBuffers* buffers = seeds ? &seeds->buffers : nullptr;
+  const trace::Caster caster = make_caster(mode, scene, camera, buffers);
   view::Frame f;
   {
     nb::gil_scoped_release release;
-    f = trace::render(scene.store(), caster(scene, camera, reference), options, &progress);
+    f = trace::render(scene.store(), caster, options, &progress);
   }
   const auto h = static_cast<std::size_t>(f.height_px), w = static_cast<std::size_t>(f.width_px);
   nb::dict planes;
@@ -166,6 +161,7 @@ nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const vi
   if (options.planes.uv) planes["uv"] = array(std::move(f.uv), {h, w, 2});
   if (options.planes.face) planes["face"] = array(std::move(f.face), {h, w});
   if (options.planes.instance) planes["instance"] = array(std::move(f.instance), {h, w});
+  if (options.planes.time) planes["time"] = array(std::move(f.time), {h, w});
   return planes;
 }
 
@@ -195,8 +191,10 @@ void bind_trace(nb::module_& m) {
       .def("count_hits", &count_hits, nb::arg("org"), nb::arg("dir"), nb::arg("tmin"), nb::arg("tmax"),
            nb::arg("reference") = false, nb::arg("threads") = 0, "Crossings per ray, (n,) int32.")
       .def("render", &render, nb::arg("camera"), nb::arg("aovs"), nb::arg("samples"), nb::arg("background"),
-           nb::arg("orientation"), nb::arg("reference"), nb::arg("threads"), nb::arg("progress"),
-           "Planes of a picture by name, each (height, width[, channels]).");
+           nb::arg("orientation"), nb::arg("mode"), nb::arg("threads"), nb::arg("progress"),
+           nb::arg("seeds").none() = nb::none(),
+           "mode: hybrid, standard or reference; seeds: of the same camera, for hybrid. Planes of a picture "
+           "by name, each (height, width[, channels]).");
 }
 
 }  // namespace trimray::bind

@@ -12,6 +12,7 @@ NB_MODULE(_core, m) {
   nb::exception<trimray::ArgumentError>(m, "ArgumentError", error.ptr());
   trimray::bind::bind_store(m);
   trimray::bind::bind_view(m);
+  trimray::bind::bind_seeds(m);
   trimray::bind::bind_trace(m);
   trimray::bind::bind_measure(m);
   trimray::bind::bind_tess(m);

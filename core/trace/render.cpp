@@ -1,9 +1,9 @@
 #include "core/trace/render.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <vector>
-
-#include <tbb/enumerable_thread_specific.h>
 
 #include "core/base/parallel.h"
 #include "core/view/sampling.h"
@@ -13,6 +13,7 @@ namespace trimray::trace {
 namespace {
 
 constexpr std::size_t kMostRays = 1 << 14;                  // of a tile, so that its hits stay near the core
+constexpr int kTimedTile = 8;                               // px: a packet of the standard tracer
 constexpr float kNeutral[4] = {0.79f, 0.81f, 0.84f, 1.0f};  // light steel
 
 constexpr double kOpaque = 1.0 - 1.0 / 512.0;  // what an 8-bit picture cannot tell from opaque
@@ -27,6 +28,13 @@ struct Light {
   }
 };
 
+// Of this thread.
+double processor_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 class Renderer {
  public:
   Renderer(const nurbs::NurbsStore& store, const Caster& caster, const RenderOptions& options)
@@ -38,6 +46,7 @@ class Renderer {
         side_(std::max(options.tile, 1)),
         frame_(options.camera.width_px, options.camera.height_px, options.planes) {
     const auto rays = [&] { return static_cast<std::size_t>(side_) * side_ * pattern_.size(); };
+    if (options.planes.time) side_ = std::min(side_, kTimedTile);
     while (side_ > 1 && rays() > kMostRays) side_ = (side_ + 1) / 2;
     face_colors_.resize(store.faces.size());
     for (std::size_t i = 0; i < store.faces.size(); ++i) {
@@ -67,13 +76,14 @@ class Renderer {
               pattern_};
     if (options_.planes.color) {
       look_behind(tile, scratch);
-      caster_.tile(tile, scratch.hits);
+      cast(tile, scratch.hits);
       color(tile, scratch);
     }
-    if (!options_.planes.geometric()) return;
+    const bool geometric = options_.planes.geometric() || (options_.planes.time && !options_.planes.color);
+    if (!geometric) return;
     if (!options_.planes.color || pattern_.size() != 1) {
       tile.places = {&kCentre, 1};
-      caster_.tile(tile, scratch.hits);
+      cast(tile, scratch.hits);
     }
     geometry(tile, scratch.hits);
   }
@@ -82,6 +92,16 @@ class Renderer {
 
  private:
   static constexpr dvec2 kCentre{0.5, 0.5};
+
+  void cast(const Tile& tile, TileHits& hits) {
+    if (!options_.planes.time) return caster_.tile(tile, hits);
+    const double start = processor_seconds();
+    caster_.tile(tile, hits);
+    const int pixels = tile.width() * (tile.y1 - tile.y0);
+    const auto ns = static_cast<float>(1e9 * (processor_seconds() - start) / pixels);
+    for (int y = tile.y0; y < tile.y1; ++y)
+      for (int x = tile.x0; x < tile.x1; ++x) frame_.time[index(x, y)] += ns;
+  }
 
   void look_behind(const Tile& tile, Scratch& scratch) const {
     if (scratch.back_y0 == tile.y0) return;
@@ -220,7 +240,7 @@ view::Frame render(const nurbs::NurbsStore& store, const Caster& caster, const R
   const int rows = (options.camera.height_px + side - 1) / side;
   const std::size_t tiles = static_cast<std::size_t>(columns) * rows;
   if (progress) progress->total = static_cast<std::int64_t>(tiles);
-  tbb::enumerable_thread_specific<Renderer::Scratch> scratch;
+  PerThread<Renderer::Scratch> scratch;
   parallel_ranges(tiles, 1, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (progress && progress->cancelled) return;

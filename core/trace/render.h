@@ -18,6 +18,7 @@ struct RenderOptions {
   int samples = 4;           // rays per pixel for the colour, >= 1
   bool orientation = false;  // tint faces that turn their inner side to the eye
   int tile = 32;             // px along the sides of what is traced at once, >= 1; fewer for many samples
+                             // and for the plane of times
   int threads = 0;           // 0: all cores
 };
 

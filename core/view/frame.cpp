@@ -11,6 +11,7 @@ Frame::Frame(int width, int height, const Planes& planes) : width_px(width), hei
   if (planes.uv) uv.assign(2 * pixels, 0.0);
   if (planes.face) face.assign(pixels, kNoFace);
   if (planes.instance) instance.assign(pixels, -1);
+  if (planes.time) time.assign(pixels, 0.0f);
 }
 
 }  // namespace trimray::view

@@ -120,12 +120,14 @@ def test_unknown_formats(name: str, match: str) -> None:
 
 @pytest.mark.parametrize("format", ["png", "jpeg", "webp", "tiff"])
 def test_pictures_hold_the_colour_alone(format: str) -> None:
-    """The other planes of the frame change nothing; without the colour there is no picture."""
+    """The other planes of the frame change nothing; without the colour there must be one of them."""
     assert encode(frame(aovs=True), format) == encode(frame(), format)
-    depth = Frame({"depth": np.zeros((2, 3))}, (3, 2))
-    with pytest.raises(UsageError, match="colour, which was not rendered"):
-        encode(depth, format)
-    assert encode(depth, "exr")[:4] == b"\x76\x2f\x31\x01"
+    depth = {"depth": np.zeros((2, 3))}
+    two = Frame(depth | {"uv": np.zeros((2, 3, 2))}, (3, 2))
+    with pytest.raises(UsageError, match="one plane only, not depth, uv: write exr"):
+        encode(two, format)
+    assert encode(two, "exr")[:4] == b"\x76\x2f\x31\x01"
+    assert encode(Frame(depth, (3, 2)), format) != encode(Frame({"uv": np.zeros((2, 3, 2))}, (3, 2)), format)
 
 
 def test_what_does_not_fit_the_format_is_refused() -> None:

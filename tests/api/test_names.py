@@ -65,7 +65,7 @@ def test_defaults_of_cast_and_render() -> None:
         "projection": "orthographic",
         "up": "z",
         "samples": 4,
-        "mode": "standard",
+        "mode": "hybrid",
         "aovs": ("color",),
     }
     assert expected.items() <= _defaults(trimray.Model.render).items()

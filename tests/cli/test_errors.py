@@ -30,7 +30,7 @@ def one_line(err: str) -> bool:
         (("render", "a.step", "-o", "a.png", "--samples", "many"), "--samples"),
         (("render", "a.step", "-o", "a.png", "--background", "blu"), "did you mean 'blue'"),
         (("render", "a.step", "-o", "a.png", "--aov", "dept"), "did you mean 'depth'"),
-        (("render", "a.step", "-o", "a.png", "--aov", "depth"), "write exr"),
+        (("render", "a.step", "-o", "a.png", "--aov", "color,depth"), "write exr"),
         (("render", "a.step", "-o", "a.png", "--up", "w"), "--up"),
         (("render", "a.step", "-o", "a.png", "--mode", "fast"), "--mode"),
         (("render", "a.step", "-o", "a.png", "--heal", "no"), "--heal"),

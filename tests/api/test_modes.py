@@ -1,0 +1,66 @@
+"""Every tracer gives the same picture: to the byte, on all planes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trimray
+
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+NAMES = ("assembly.step", "bracket.brep", "bracket_faces.igs", "cornell_box.step", "patch.step")
+NAMES += ("spline_part.step", "stand.stl", "teapot.igs", "teapot.step")
+TORTURE = tuple(sorted(f"torture/{p.name}" for p in (SAMPLES / "torture").glob("*.st*p")))
+
+
+def same(a: trimray.Frame, b: trimray.Frame) -> bool:
+    return a.aovs == b.aovs and all(a[name].tobytes() == b[name].tobytes() for name in a)
+
+
+@pytest.mark.parametrize("name", NAMES + TORTURE)
+def test_hybrid_and_standard_are_the_same_to_the_byte(name: str) -> None:
+    model = trimray.load(SAMPLES / name)
+    size = (17, 13) if "offset" in name else (61, 83)  # those take long
+    views = ("iso", (200.0, -30.0), "top") if name in NAMES else ("iso", (200.0, -30.0))
+    for projection in ("orthographic", "perspective"):
+        for view in views:
+            for zoom, samples, threads in ((1.0, 1, 1), (1.0, 4, 2), (7.0, 4, 1)):
+                camera = model.camera(size, view=view, projection=projection, zoom=zoom)
+                want, got = (
+                    model.render(view=camera, samples=samples, mode=mode, threads=threads, aovs=trimray.AOVS)
+                    for mode in ("standard", "hybrid")
+                )
+                assert same(want, got), (view, projection, zoom, samples)
+
+
+def test_pictures_with_many_samples_are_the_same(sphere: trimray.Model) -> None:
+    want, got = (
+        sphere.render((33, 20), samples=50, aovs=("color", "face"), mode=mode)
+        for mode in ("standard", "hybrid")
+    )
+    assert same(want, got)
+
+
+def test_the_reference_gives_the_picture_of_the_others(box: trimray.Model) -> None:
+    want, got = (
+        box.render((12, 9), view=(30, 20), samples=1, mode=mode, aovs=("color", "face", "instance"))
+        for mode in ("reference", "hybrid")
+    )
+    assert (want["face"] == got["face"]).all() and (want["instance"] == got["instance"]).all()
+    assert np.abs(want["color"] - got["color"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("mode", ["hybrid", "standard"])
+def test_time_is_what_the_pixels_took(sphere: trimray.Model, mode: str) -> None:
+    frame = sphere.render((64, 48), samples=1, mode=mode, aovs=("time", "face"))  # type: ignore[arg-type]
+    time = frame["time"]
+    assert time.shape == (48, 64) and time.dtype == np.float32
+    assert (time > 0).all()
+    blocks = time.reshape(6, 8, 8, 8)
+    assert (blocks == blocks[:, :1, :, :1]).all()
+    covered = (frame["face"] >= 0).reshape(6, 8, 8, 8).all((1, 3))
+    assert covered.any() and np.median(blocks[:, 0, :, 0][covered]) > np.median(blocks[0, 0, :, 0])
+    alone = sphere.render((64, 48), samples=1, mode=mode, aovs="time")["time"]  # type: ignore[arg-type]
+    assert (alone > 0).all()
