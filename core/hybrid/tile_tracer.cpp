@@ -145,7 +145,8 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
     for (int k = 0; k < count; ++k) {
       dvec2 uv;
       if (!inside(view, p, leaf.core, roots[k].uv, uv)) continue;
-      consider(view, slot, roots[k].t, scale, p.face, uv, nullptr);
+      const dvec3 n = view.prototype->store.faces[p.face].reversed ? -roots[k].normal : roots[k].normal;
+      consider(view, slot, roots[k].t, scale, p.face, uv, &n);
       break;
     }
   }

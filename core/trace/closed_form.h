@@ -22,7 +22,8 @@ struct ClosedForm {
 
 struct ClosedRoot {
   double t = 0.0;
-  dvec2 uv{0.0};  // angles in [0, 2 pi), the sphere's v in [-pi/2, pi/2]
+  dvec2 uv{0.0};      // angles in [0, 2 pi), the sphere's v in [-pi/2, pi/2]
+  dvec3 normal{0.0};  // Su x Sv, unit; at a pole or apex, a limit along some meridian
 };
 
 inline constexpr int kMaxClosedRoots = 4;

@@ -13,8 +13,6 @@
 
 namespace trimray::trace {
 
-inline constexpr int kLanes = 8;  // doubles in one AVX-512 register; narrower targets take several passes
-
 // A part of one Bezier patch small enough that most rays meet it at most once. Boxes are conservative:
 // control hull of the sub-patch, the offset where there is one, and rounding. Neighbouring leaves overlap
 // slightly in uv so that no root falls between them; leaves at the rim of a face reach beyond its uv_box
@@ -30,13 +28,6 @@ struct PatchLeaf {
 // A leaf lies in the parallelepiped {center + x a + y b + z k : |x|, |y|, |z| <= 1}. mm, in the prototype.
 struct LeafHull {
   dvec3 center{0.0}, a{0.0}, b{0.0}, k{0.0};
-};
-
-// One ray a lane, structure of arrays; inactive lanes may hold anything finite.
-struct RayLanes {
-  alignas(64) double org_x[kLanes], org_y[kLanes], org_z[kLanes];
-  alignas(64) double dir_x[kLanes], dir_y[kLanes], dir_z[kLanes];  // unit
-  std::uint32_t active = 0;                                        // bit i: lane i
 };
 
 // What solve() is certain of, a bit a lane. Lanes of `active` in neither mask are not decided: all_roots().

@@ -14,6 +14,15 @@ struct Ray {
   double tmin = 0.0, tmax = kInf;
 };
 
+inline constexpr int kLanes = 8;  // doubles in one AVX-512 register; narrower targets take several passes
+
+// One ray a lane, structure of arrays; inactive lanes may hold anything finite.
+struct RayLanes {
+  alignas(64) double org_x[kLanes], org_y[kLanes], org_z[kLanes];
+  alignas(64) double dir_x[kLanes], dir_y[kLanes], dir_z[kLanes];  // unit
+  std::uint32_t active = 0;                                        // bit i: lane i
+};
+
 // A crossing of a ray's line with the (extended) surface of one face.
 struct Root {
   double t = 0.0;

@@ -18,8 +18,7 @@ Root PrototypeScene::make_root(std::int32_t face, double t, dvec2 uv, dvec3 norm
 }
 
 Root PrototypeScene::closed_root(std::int32_t face, const ClosedRoot& root, dvec3 dir) const {
-  const dvec3 n = closed_form_normal(form(face), root.uv);
-  return make_root(face, root.t, root.uv, store.faces[face].reversed ? -n : n, dir);
+  return make_root(face, root.t, root.uv, store.faces[face].reversed ? -root.normal : root.normal, dir);
 }
 
 void PrototypeScene::leaf_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {

@@ -130,8 +130,8 @@ struct Scene::Impl {
   void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
   // The hit at a place that the trim loops alone have found (t = ray.tmax and face kNoFace: none); by the
   // edge rule where the ray is near an edge. maybe_near_edge: true wherever near_edge() could be, but at
-  // grazing hits. patch_normal: outward, in the prototype; of patch roots.
-  Hit finish(const Ray& ray, const HitPlace& place, double t, const dvec3& patch_normal, bool maybe_near_edge,
+  // grazing hits. outward: outward, in the prototype; not of triangles.
+  Hit finish(const Ray& ray, const HitPlace& place, double t, const dvec3& outward, bool maybe_near_edge,
              TraceStats& counters) const;
   // Is the ray near an edge for a t up to best_t?
   bool near_edge(const Ray& ray, double best_t) const;

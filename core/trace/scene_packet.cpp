@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/trace/closed_form_lanes.h"
 #include "core/trace/scene_impl.h"
 
 namespace trimray::trace {
@@ -16,7 +17,7 @@ struct WorldPacket {
   RayBlock rays;  // tmax: the nearest hit so far
   RayPacket boxes;
   HitPlace place[kPacketSize];  // of that hit
-  dvec3 normal[kPacketSize];    // of patch roots, outward, in the prototype
+  dvec3 normal[kPacketSize];    // but on triangles; outward, in the prototype
 
   WorldPacket(const Scene::Impl& s, TraceStats& counters) : scene(s), stats(counters) {}
 
@@ -71,19 +72,63 @@ struct InstancePacket {
     return prototype.inside(p.face, wrapped);
   }
 
+  // Of up to kLanes rays of `active`, which loses them; their numbers go to `index`. The other lanes repeat
+  // the first ray. Returns how many.
+  int next_lanes(std::uint64_t& active, RayLanes& lanes, int (&index)[kLanes]) const {
+    int count = 0;
+    for (; active != 0 && count < kLanes; active &= active - 1) index[count++] = std::countr_zero(active);
+    for (int k = 0; k < kLanes; ++k) {
+      const int i = index[k < count ? k : 0];
+      lanes.org_x[k] = rays.org[0][i], lanes.org_y[k] = rays.org[1][i], lanes.org_z[k] = rays.org[2][i];
+      lanes.dir_x[k] = rays.dir[0][i], lanes.dir_y[k] = rays.dir[1][i], lanes.dir_z[k] = rays.dir[2][i];
+    }
+    lanes.active = (1u << count) - 1u;
+    return count;
+  }
+
+  // False where the root lies outside of the loops.
+  bool closed_root(const ScenePrimitive& p, const ClosedLeaf& leaf, int i, double t, dvec2 raw,
+                   const dvec3& normal, bool reversed) {
+    dvec2 uv;
+    if (!inside(p, leaf.core, raw, uv)) return false;
+    const dvec3 outward = reversed ? -normal : normal;
+    consider(i, t, p.face, uv, &outward);
+    return true;
+  }
+
   void closed_leaf(const ScenePrimitive& p, std::uint64_t active) {
     const ClosedLeaf& leaf = prototype.closed_leaves[p.leaf];
     const ClosedForm& form = prototype.form(p.face);
-    for (; active != 0; active &= active - 1) {
-      const int i = std::countr_zero(active);
-      ClosedRoot roots[kMaxClosedRoots];
-      const int count = closed_form_roots(form, rays.origin(i), rays.direction(i), leaf.uv, rays.tmin[i],
-                                          rays.tmax[i], roots);
-      for (int k = 0; k < count; ++k) {
-        dvec2 uv;
-        if (!inside(p, leaf.core, roots[k].uv, uv)) continue;
-        consider(i, roots[k].t, p.face, uv, nullptr);
-        break;
+    const bool reversed = prototype.store.faces[p.face].reversed;
+    if (!solves_closed_form_lanes(form.kind)) {
+      for (; active != 0; active &= active - 1) {
+        const int i = std::countr_zero(active);
+        ClosedRoot roots[kMaxClosedRoots];
+        const int count = closed_form_roots(form, rays.origin(i), rays.direction(i), leaf.uv, rays.tmin[i],
+                                            rays.tmax[i], roots);
+        for (int k = 0; k < count; ++k)
+          if (closed_root(p, leaf, i, roots[k].t, roots[k].uv, roots[k].normal, reversed)) break;
+      }
+      return;
+    }
+    while (active != 0) {
+      RayLanes lanes;
+      int index[kLanes];
+      const int count = next_lanes(active, lanes, index);
+      alignas(64) double tmin[kLanes], tmax[kLanes];
+      for (int k = 0; k < kLanes; ++k) {
+        const int i = index[k < count ? k : 0];
+        tmin[k] = rays.tmin[i], tmax[k] = rays.tmax[i];
+      }
+      ClosedRootLanes roots;
+      closed_form_lanes(form, lanes, leaf.uv, tmin, tmax, roots);
+      for (std::uint32_t rest = roots.found[0] | roots.found[1]; rest != 0; rest &= rest - 1) {
+        const int i = std::countr_zero(rest);
+        for (int k = 0; k < kLaneRoots; ++k)
+          if ((roots.found[k] >> i & 1u) &&
+              closed_root(p, leaf, index[i], roots.t[k][i], {roots.u[k][i], roots.v[k][i]},
+                          {roots.normal_x[k][i], roots.normal_y[k][i], roots.normal_z[k][i]}, reversed))
+            break;
       }
     }
   }
@@ -101,19 +146,7 @@ struct InstancePacket {
     while (active != 0) {
       RayLanes lanes;
       int index[kLanes];
-      int count = 0;
-      for (; active != 0 && count < kLanes; active &= active - 1, ++count) {
-        const int i = index[count] = std::countr_zero(active);
-        lanes.org_x[count] = rays.org[0][i], lanes.org_y[count] = rays.org[1][i],
-        lanes.org_z[count] = rays.org[2][i];
-        lanes.dir_x[count] = rays.dir[0][i], lanes.dir_y[count] = rays.dir[1][i],
-        lanes.dir_z[count] = rays.dir[2][i];
-      }
-      for (int k = count; k < kLanes; ++k) {
-        lanes.org_x[k] = lanes.org_x[0], lanes.org_y[k] = lanes.org_y[0], lanes.org_z[k] = lanes.org_z[0];
-        lanes.dir_x[k] = lanes.dir_x[0], lanes.dir_y[k] = lanes.dir_y[0], lanes.dir_z[k] = lanes.dir_z[0];
-      }
-      lanes.active = (1u << count) - 1u;
+      next_lanes(active, lanes, index);
       RootLanes roots;
       prototype.patches.solve(p.leaf, lanes, roots);
       world.stats.newton_steps += roots.steps;
@@ -232,7 +265,7 @@ void Scene::Impl::nearest(std::span<const Ray> all_rays, std::span<Hit> all_out,
   }
 }
 
-Hit Scene::Impl::finish(const Ray& ray, const HitPlace& place, double t, const dvec3& patch_normal,
+Hit Scene::Impl::finish(const Ray& ray, const HitPlace& place, double t, const dvec3& outward,
                         bool maybe_near_edge, TraceStats& counters) const {
   Hit hit;
   double limit = t;
@@ -241,15 +274,7 @@ Hit Scene::Impl::finish(const Ray& ray, const HitPlace& place, double t, const d
   if (face != kNoFace) {
     const InstanceScene& instance = instances[place.instance];
     const PrototypeScene& prototype = *prototypes[instance.prototype];
-    const ClosedForm& form = prototype.form(face);
-    dvec3 n = patch_normal;
-    if (place.triangle >= 0) {
-      n = prototype.mesh_normal(place.triangle);
-    } else if (form.kind != nurbs::SurfaceKind::kNone) {
-      n = closed_form_normal(form, place.uv);
-      if (store->faces[face].reversed) n = -n;
-    }
-    n = instance.normal(n);
+    const dvec3 n = instance.normal(place.triangle >= 0 ? prototype.mesh_normal(place.triangle) : outward);
     hit = {t, face, place.instance, place.uv, n};
     const double grazing = std::max(std::abs(glm::dot(n, ray.dir)), 1e-12);
     ask |= grazing < kGrazing && place.triangle < 0;
