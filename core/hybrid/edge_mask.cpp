@@ -84,10 +84,13 @@ class Marker {
 
  private:
   int height() const { return tile_.y1 - tile_.y0; }
-  static int first_at(double x) { return x > 0.0 ? (x < 1e6 ? static_cast<int>(std::ceil(x)) : 1000000) : 0; }
-  static int last_at(double x) {
-    return x < 1e6 ? (x > -1.0 ? static_cast<int>(std::floor(x)) : -1) : 1000000;
+  // The least integer >= x and the greatest <= x, kept within what pixels need. (std::ceil is a call.)
+  static int first_at(double x) {
+    if (!(x > 0.0)) return 0;
+    const int i = static_cast<int>(std::min(x, 1e6));
+    return i + (i < x);
   }
+  static int last_at(double x) { return x >= 0.0 ? static_cast<int>(std::min(x, 1e6)) : -1; }
 
   void mark(std::size_t p, int x, int y, float nearest) {
     const std::size_t slot = p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile + x;
@@ -103,7 +106,7 @@ class Marker {
 
 void mark_edges(const InstanceView& view, const trace::Tile& tile, const FrameRect& rect, double reference,
                 double reach, float far, TileState& state) {
-  const trace::EdgeSieve& sieve = view.prototype->sieve;
+  const trace::EdgeSieve& sieve = view.edges();
   const trace::Bvh& bvh = sieve.bvh();
   const CameraFrame frame = view.frame.about(bvh.center);
   Marker marker(tile, rect, state);

@@ -85,11 +85,17 @@ void TileTracer::leaf(const InstanceView& view, std::int32_t primitive) {
   if (met && --leaves_until_far_ <= 0) far_ = far(), leaves_until_far_ = 8;
 }
 
-trace::Ray TileTracer::local_ray(const InstanceView& view, std::int32_t slot, double& scale) const {
-  const dvec2 place = tile_.places[slot / kTileSlots];
-  const int x = tile_.x0 + slot % kMaxTile, y = tile_.y0 + slot % kTileSlots / kMaxTile;
-  const view::CameraRay ray = view_.camera.ray(x + place.x, y + place.y);
-  return view.instance->local({ray.org, ray.dir, 0.0, kInf}, scale);
+int TileTracer::rays(const InstanceView& view, std::span<const std::int32_t> slots, trace::RayLanes& rays,
+                     LaneScales& scales) const {
+  const int count = static_cast<int>(std::min<std::size_t>(trace::kLanes, slots.size()));
+  double x[trace::kLanes], y[trace::kLanes];
+  for (int k = 0; k < count; ++k) {
+    const std::int32_t slot = slots[k];
+    const dvec2& place = tile_.places[slot / kTileSlots];
+    x[k] = tile_.x0 + slot % kMaxTile + place.x, y[k] = tile_.y0 + slot % kTileSlots / kMaxTile + place.y;
+  }
+  lane_rays(view_.camera, view, x, y, count, rays, scales);
+  return count;
 }
 
 bool TileTracer::inside(const InstanceView& view, const ScenePrimitive& p, const Box2& core, dvec2 raw,
@@ -137,17 +143,22 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
                              std::span<const std::int32_t> slots) {
   const trace::ClosedLeaf& leaf = view.prototype->closed_leaves[p.leaf];
   const trace::ClosedForm& form = view.prototype->form(p.face);
-  for (const std::int32_t slot : slots) {
-    double scale;
-    const Ray ray = local_ray(view, slot, scale);
-    trace::ClosedRoot roots[trace::kMaxClosedRoots];
-    const int count = closed_form_roots(form, ray.org, ray.dir, leaf.uv, ray.tmin, ray.tmax, roots);
-    for (int k = 0; k < count; ++k) {
-      dvec2 uv;
-      if (!inside(view, p, leaf.core, roots[k].uv, uv)) continue;
-      const dvec3 n = view.prototype->store.faces[p.face].reversed ? -roots[k].normal : roots[k].normal;
-      consider(view, slot, roots[k].t, scale, p.face, uv, &n);
-      break;
+  for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
+    trace::RayLanes lanes;
+    LaneScales scales;
+    const int lane_count = rays(view, slots.subspan(begin), lanes, scales);
+    for (int k = 0; k < lane_count; ++k) {
+      trace::ClosedRoot roots[trace::kMaxClosedRoots];
+      const int count =
+          closed_form_roots(form, {lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
+                            {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]}, leaf.uv, 0.0, kInf, roots);
+      for (int r = 0; r < count; ++r) {
+        dvec2 uv;
+        if (!inside(view, p, leaf.core, roots[r].uv, uv)) continue;
+        const dvec3 n = view.prototype->store.faces[p.face].reversed ? -roots[r].normal : roots[r].normal;
+        consider(view, slots[begin + k], roots[r].t, scales.scale[k], p.face, uv, &n);
+        break;
+      }
     }
   }
 }
@@ -163,15 +174,10 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     if (inside(view, p, leaf.uv_face, raw, uv)) consider(view, slot, t, scale, p.face, uv, &normal);
   };
   for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
-    const int count = static_cast<int>(std::min<std::size_t>(trace::kLanes, slots.size() - begin));
     trace::RayLanes lanes;
-    double scale[trace::kLanes];
-    for (int k = 0; k < trace::kLanes; ++k) {
-      const Ray ray = local_ray(view, slots[begin + (k < count ? k : 0)], scale[k]);
-      lanes.org_x[k] = ray.org.x, lanes.org_y[k] = ray.org.y, lanes.org_z[k] = ray.org.z;
-      lanes.dir_x[k] = ray.dir.x, lanes.dir_y[k] = ray.dir.y, lanes.dir_z[k] = ray.dir.z;
-    }
-    lanes.active = (1u << count) - 1u;
+    LaneScales scales;
+    rays(view, slots.subspan(begin), lanes, scales);
+    const double* const scale = scales.scale;
     trace::RootLanes roots;
     patches.solve(p.leaf, lanes, roots);
     stats_.newton_steps += roots.steps;
@@ -200,9 +206,15 @@ void TileTracer::triangle_block(const InstanceView& view, const ScenePrimitive& 
   const trace::TriangleBlock& block = view.prototype->triangles.blocks[p.leaf];
   trace::RayShear shears[trace::kPacketSize];
   double scale[trace::kPacketSize];
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    const Ray ray = local_ray(view, slots[i], scale[i]);
-    shears[i] = trace::RayShear(ray.org, ray.dir);
+  for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
+    trace::RayLanes lanes;
+    LaneScales scales;
+    const int count = rays(view, slots.subspan(begin), lanes, scales);
+    for (int k = 0; k < count; ++k) {
+      scale[begin + k] = scales.scale[k];
+      shears[begin + k] = trace::RayShear({lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
+                                          {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]});
+    }
   }
   const std::uint64_t active = ~std::uint64_t{0} >> (64 - slots.size());
   trace::TriangleCrossing crossings[trace::kPacketSize * trace::kTrianglesPerBlock];

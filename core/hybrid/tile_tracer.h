@@ -5,6 +5,7 @@
 
 #include "core/hybrid/hybrid.h"
 #include "core/hybrid/instance_view.h"
+#include "core/hybrid/lane_rays.h"
 #include "core/hybrid/tile_state.h"
 
 namespace trimray::hybrid {
@@ -38,7 +39,9 @@ class TileTracer {
                   std::span<const std::int32_t> slots);
   void triangle_block(const InstanceView& view, const trace::ScenePrimitive& p,
                       std::span<const std::int32_t> slots);
-  trace::Ray local_ray(const InstanceView& view, std::int32_t slot, double& scale) const;
+  // Of the first slots, at most kLanes; returns their number.
+  int rays(const InstanceView& view, std::span<const std::int32_t> slots, trace::RayLanes& rays,
+           LaneScales& scales) const;
   bool inside(const InstanceView& view, const trace::ScenePrimitive& p, const Box2& core, dvec2 raw,
               dvec2& wrapped) const;
   void consider(const InstanceView& view, std::int32_t slot, double t_local, double scale, std::int32_t face,

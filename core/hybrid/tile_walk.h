@@ -2,6 +2,7 @@
 // meet, roughly front to back.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/hybrid/camera_frame.h"
@@ -47,9 +48,8 @@ class TileSpace {
     }
     int count = 0;
     for (int i = 0; i < node.count; ++i) {
-      const float inside = std::fmin(
-          std::fmin(std::fmin(most[0][i], most[1][i]), std::fmin(most[2][i], most[3][i])), most[4][i]);
-      if (!(inside >= 0.0f)) continue;
+      const float x = std::min(most[0][i], most[1][i]), y = std::min(most[2][i], most[3][i]);
+      if (!(std::min(std::min(x, y), most[4][i]) >= 0.0f)) continue;
       int at = count++;
       for (; at > 0 && near[at - 1] < -most[5][i]; --at) child[at] = child[at - 1], near[at] = near[at - 1];
       child[at] = i, near[at] = -most[5][i];

@@ -66,10 +66,10 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
       margin_mm(face_margins(s, s.prototypes[prototype])),
       patches(s, prototype, margin_mm, threads,
               leaf_boxes == LeafBoxes::kPaper ? kPaperDetail : kTunedDetail),
-      sieve(s, prototype),
       rule(s, prototype) {
   const nurbs::Prototype& p = store.prototypes[prototype];
   diagonal = p.bounds.diagonal();
+  for (const double tolerance : kChordTolerances) sieves.emplace_back(s, prototype, tolerance);
   forms.resize(p.faces.size());
   for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) {
     const nurbs::Face& face = store.faces[f];
@@ -121,7 +121,7 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   hulls.reserve(primitives.size());
   for (std::size_t i = 0; i < primitives.size(); ++i) hulls.push_back(hull_of(i, boxes[i]));
   bvh = build_bvh(boxes);
-  if (finite(sieve.box())) box.add(sieve.box());
+  if (finite(sieves[0].box())) box.add(sieves[0].box());
 }
 
 LeafHull PrototypeScene::hull_of(std::size_t primitive, const Box3& leaf_box) const {
@@ -189,9 +189,10 @@ Scene::Impl::Impl(std::shared_ptr<const NurbsStore> s, int threads, const SceneO
   bvh = build_bvh(boxes);
   stats.bytes = bvh.bytes();
   for (const auto& p : prototypes) {
-    stats.bytes += p->bvh.bytes() + p->sieve.bvh().bytes() + p->patches.bytes() + p->triangles.bytes() +
+    stats.bytes += p->bvh.bytes() + p->patches.bytes() + p->triangles.bytes() +
                    static_cast<std::int64_t>(p->closed_leaves.size() * sizeof(ClosedLeaf) +
                                              p->primitives.size() * sizeof(ScenePrimitive));
+    for (const EdgeSieve& sieve : p->sieves) stats.bytes += sieve.bytes();
     stats.leaf_boxes += static_cast<std::int64_t>(p->primitives.size());
     stats.refused_patches += p->patches.refused();
   }

@@ -54,15 +54,16 @@ struct Flattener {
 
 }  // namespace
 
-EdgeSieve::EdgeSieve(const nurbs::NurbsStore& store, std::int32_t prototype) {
+EdgeSieve::EdgeSieve(const nurbs::NurbsStore& store, std::int32_t prototype, double chord_tolerance) {
   const nurbs::Prototype& p = store.prototypes[prototype];
   const double size = p.bounds.empty() ? 1.0 : p.bounds.diagonal();
+  chord_tolerance_ = chord_tolerance * size;
   std::vector<Segment> segments;
   for (std::int32_t index = p.edges.begin; index < p.edges.end; ++index) {
     const nurbs::Edge& edge = store.edges[index];
     if (edge.coedges.size() == 0) continue;
     max_slack_ = std::max(max_slack_, slack(edge));
-    Flattener flattener{std::max(edge.band, 2e-6 * size), size / 24.0, edge.band, segments};
+    Flattener flattener{std::max(edge.band, chord_tolerance_), size / 24.0, edge.band, segments};
     const auto vertex = [&](int end) { return store.vertices[edge.vertex[end]].point; };
     dvec3 last = edge.vertex[0] >= 0 ? vertex(0) : dvec3(kNaN);
     const auto link = [&](const dvec3& next) {

@@ -158,7 +158,7 @@ void affected_faces(const nurbs::NurbsStore& store, const std::vector<NearEdge>&
 bool Scene::Impl::near_edge(const Ray& ray, double best_t) const {
   bool found = false;
   double slack = 0.0;
-  for (const auto& p : prototypes) slack = std::max(slack, p->sieve.max_slack());
+  for (const auto& p : prototypes) slack = std::max(slack, p->sieves[0].max_slack());
   std::vector<NearEdge> near;
   // Every instance on the line is asked: the instance's own frame scales its slack.
   traverse_one(bvh, ray.org, ray.dir, -kInf, kInf, [&](std::int32_t index) {
@@ -170,7 +170,7 @@ bool Scene::Impl::near_edge(const Ray& ray, double best_t) const {
     world.tmax = best_t;
     const Ray local = instance.local(world, scale);
     Ray wide = local;
-    wide.tmin -= prototype.sieve.max_slack(), wide.tmax += prototype.sieve.max_slack();
+    wide.tmin -= prototype.sieves[0].max_slack(), wide.tmax += prototype.sieves[0].max_slack();
     near.clear();
     prototype.rule.near_edges(wide, near);
     found = any_within(*store, near, local.tmin, local.tmax);

@@ -43,8 +43,8 @@ struct PrototypeScene {
   std::vector<LeafHull> hulls;  // as primitives, widened by kHullSlack
   Bvh bvh;
   std::vector<std::int32_t> leaf_order,
-      leaf_begin;  // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
-  EdgeSieve sieve;
+      leaf_begin;                 // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
+  std::vector<EdgeSieve> sieves;  // as kChordTolerances; packets ask the finest
   EdgeRule rule;
   Box3 box;  // of everything a ray can meet
   double diagonal = 0.0;
@@ -139,6 +139,7 @@ struct Scene::Impl {
 };
 
 // Unit length up to rounding: t is then the same number in both frames.
-inline bool is_unit(double length2) { return std::abs(length2 - 1.0) <= 4e-15; }
+inline constexpr double kUnitSlack = 4e-15;
+inline bool is_unit(double length2) { return std::abs(length2 - 1.0) <= kUnitSlack; }
 
 }  // namespace trimray::trace

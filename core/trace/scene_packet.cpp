@@ -215,7 +215,7 @@ void trace_instance(InstancePacket& packet, std::uint64_t active) {
   traverse(packet.prototype.bvh, packet.boxes, visit_primitive, &packet, &world.stats.nodes);
   // Edges in front of the nearest hit so far, at it, or behind it within the reach of any face's bands: the
   // hit to come may lie on another face or instance.
-  const EdgeSieve& sieve = packet.prototype.sieve;
+  const EdgeSieve& sieve = packet.prototype.sieves[0];
   packet.boxes.set(sieve.bvh(), packet.rays, active & ~world.near_edge);
   for (std::uint64_t rest = packet.boxes.live; rest != 0; rest &= rest - 1) {
     const int i = std::countr_zero(rest);
