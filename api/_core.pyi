@@ -381,6 +381,37 @@ class MeshLevels:
     def bytes(self) -> int:
         """Of the meshes that are kept."""
 
+class Rasterizer:
+    """Draws the meshes of a view once; what each pixel saw."""
+
+    def __init__(self, backend: str) -> None:
+        """
+        backend: osmesa, egl or embree. CoreError with the reason where it is not available.
+        """
+
+    @property
+    def name(self) -> str: ...
+    def draw(
+        self,
+        levels: MeshLevels,
+        store: Store,
+        camera: Camera,
+        deviation_px: float = 0.3,
+        process: str = "uv",
+        threads: int = 0,
+    ) -> tuple[
+        NDArray[numpy.uint32], NDArray[numpy.float32], NDArray[numpy.int32], NDArray[numpy.int32]
+    ]:
+        """
+        id (h, w) uint32, 0 where nothing is seen; uv (h, w, 2) float32, fractions of the face's uv box, NaN where nothing is seen; and by id - 1 instance (n,) and face (n,). levels: of this store. process: id (one a triangle, uv the mean of its corners) or uv (one a surface, uv as interpolated).
+        """
+
+    def warm_up(self) -> None:
+        """Does now what the first draw would spend on loading and compiling."""
+
+def raster_backends() -> list[tuple[str, bool, str]]:
+    """[(name, whether it is available, its version or why not)]."""
+
 class MeshFile:
     """What read_mesh_file() found."""
 

@@ -22,15 +22,27 @@ def _installed(package: str) -> str:
         return "not installed"
 
 
+def _raster_lines() -> str:
+    """One line a raster backend: what was loaded, or why it was not."""
+    try:
+        from trimray import _core as core
+    except ImportError as error:
+        return f"no raster backend: {error}\n"
+    return "".join(
+        f"raster backend {name}: {text if there else f'not available, {text}'}\n"
+        for name, there, text in core.raster_backends()
+    )
+
+
 def version_text() -> str:
-    """Nothing heavy is imported for it."""
+    """OpenCascade, which takes seconds to import, is only named."""
     occt = _installed("cadquery-ocp")
     release = ".".join(occt.split(".")[:3]) if occt[0].isdigit() else occt
     return (
         f"trimray {__version__}\n"
         f"OpenCascade {release} (cadquery-ocp {occt})\n"
         f"OpenImageIO {_installed('openimageio')}\n"
-        "raster backend none (the standard tracer needs none)\n"
+        f"{_raster_lines()}"
         f"Python {platform.python_version()}, {platform.system()} {platform.machine()}\n"
     )
 
@@ -39,6 +51,7 @@ def run() -> int:
     """0 when all is well, 1 otherwise."""
     checks: tuple[tuple[str, Callable[[], str]], ...] = (
         ("native core", _core),
+        ("raster", _raster),
         ("OpenCascade", _opencascade),
         ("OpenImageIO", _openimageio),
         ("cache", _cache),
@@ -61,6 +74,18 @@ def _core() -> str:
     camera = core.Camera.fit  # the module loaded and has what it should have
     assert camera is not None
     return f"{len(os.sched_getaffinity(0))} threads"
+
+
+def _raster() -> str:
+    """No backend at all is no fault: pictures then take longer, and are the same."""
+    from trimray import _core as core
+
+    there = [name for name, available, _ in core.raster_backends() if available]
+    if not there:
+        return "no backend (see above); pictures are rendered without raster passes, which takes longer"
+    for name in there:
+        core.Rasterizer(name).warm_up()
+    return ", ".join(there) + (" draws" if len(there) == 1 else " draw")
 
 
 def _opencascade() -> str:

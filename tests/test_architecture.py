@@ -28,8 +28,12 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
         "raster/seed_buffers.h",
     ),
     "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
-    "bind": ("core/", "raster/"),
+    "bind": ("core/", "raster/rasterizer.h", "raster/seed_buffers.h"),
 }
+
+# raster/ stands beside core/ and uses it.
+RASTER_RULES = ("core/base/", "core/nurbs/store.h", "core/tess/", "core/view/", "raster/")
+
 
 # Libraries that only some folders may name.
 LIBRARY_RULES: dict[str, tuple[str, ...]] = {
@@ -39,6 +43,11 @@ LIBRARY_RULES: dict[str, tuple[str, ...]] = {
     "CDT": ("tess",),
     "nanobind/": ("bind",),
     "Python.h": ("bind",),
+    # Of the graphics libraries nobody includes a header: raster/ declares the functions that it loads.
+    "GL/": (),
+    "EGL/": (),
+    "embree": (),
+    "dlfcn.h": ("raster",),
 }
 
 # Python folder -> third-party and project modules that it may import.
@@ -53,6 +62,10 @@ _INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 def _core_files() -> list[Path]:
     return sorted(p for p in (ROOT / "core").rglob("*") if p.suffix in (".h", ".cpp"))
+
+
+def _raster_files() -> list[Path]:
+    return sorted(p for p in (ROOT / "raster").rglob("*") if p.suffix in (".h", ".cpp"))
 
 
 def _includes(path: Path) -> list[str]:
@@ -76,10 +89,28 @@ def test_core_includes_only_what_its_folder_may_use(folder: str) -> None:
     assert wrong == []
 
 
+def test_raster_includes_only_what_it_may_use() -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)} includes {name}"
+        for path in _raster_files()
+        for name in _includes(path)
+        if name.startswith(("core/", "raster/")) and not name.startswith(RASTER_RULES)
+    ]
+    assert len(_raster_files()) > 5
+    assert wrong == []
+
+
+def test_only_two_files_name_the_libraries_that_make_contexts() -> None:
+    naming = {
+        p.name for p in _raster_files() if re.search(r"\blibOSMesa|\blibEGL", p.read_text(encoding="utf-8"))
+    }
+    assert naming == {"gl_context_osmesa.cpp", "gl_context_egl.cpp"}
+
+
 def test_libraries_stay_where_they_belong() -> None:
     wrong = [
         f"{path.relative_to(ROOT)} includes {name}"
-        for path in _core_files()
+        for path in [*_core_files(), *_raster_files()]
         for name in _includes(path)
         for library, folders in LIBRARY_RULES.items()
         if name.startswith(library) and path.parent.name not in folders

@@ -17,6 +17,7 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_measure(m);
   trimray::bind::bind_tess(m);
   trimray::bind::bind_mesh_levels(m);
+  trimray::bind::bind_raster(m);
   trimray::bind::bind_mesh_file(m);
   trimray::bind::bind_mesh_check(m);
   trimray::bind::bind_mesh_measure(m);
