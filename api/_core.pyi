@@ -391,6 +391,17 @@ class Rasterizer:
 
     @property
     def name(self) -> str: ...
+    def seeds(
+        self,
+        levels: MeshLevels,
+        store: Store,
+        camera: Camera,
+        deviation_px: float = 0.3,
+        process: str = "uv",
+        threads: int = 0,
+    ) -> Seeds:
+        """What draw() tells, as the tracer takes it, without a copy."""
+
     def draw(
         self,
         levels: MeshLevels,

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/bind/bind.h"
+#include "core/bind/seeds.h"
 #include "raster/rasterizer.h"
 
 namespace trimray::bind {
@@ -28,9 +29,9 @@ Backend backend_named(const std::string& name) {
 }
 
 // id, uv, and by id - 1 the instance and the face.
-using Seeds = std::tuple<Out<std::uint32_t>, Out<float>, Out<std::int32_t>, Out<std::int32_t>>;
+using Planes = std::tuple<Out<std::uint32_t>, Out<float>, Out<std::int32_t>, Out<std::int32_t>>;
 
-Seeds seeds_of(const raster::SeedBuffers& b) {
+Planes planes_of(const raster::SeedBuffers& b) {
   const auto width = static_cast<std::size_t>(b.width_px), height = static_cast<std::size_t>(b.height_px);
   std::vector<std::uint32_t> id(b.id.begin(), b.id.end());
   std::vector<float> uv(2 * id.size(), std::numeric_limits<float>::quiet_NaN());
@@ -48,16 +49,13 @@ Seeds seeds_of(const raster::SeedBuffers& b) {
           array(std::move(instance), {targets}), array(std::move(face), {targets})};
 }
 
-Seeds draw(raster::Rasterizer& rasterizer, tess::MeshLevels& levels, const nurbs::NurbsStore& store,
-           const view::Camera& camera, double deviation_px, const std::string& process, int threads) {
+raster::SeedBuffers draw(raster::Rasterizer& rasterizer, tess::MeshLevels& levels,
+                         const nurbs::NurbsStore& store, const view::Camera& camera, double deviation_px,
+                         const std::string& process, int threads) {
   if (process != "id" && process != "uv") throw ArgumentError("process must be id or uv, not " + process);
-  raster::SeedBuffers found;
-  {
-    nb::gil_scoped_release release;
-    found = rasterizer.draw(levels.meshes(camera, deviation_px, threads), store, camera,
-                            process == "id" ? SeedProcess::kId : SeedProcess::kUv, threads);
-  }
-  return seeds_of(found);
+  nb::gil_scoped_release release;
+  return rasterizer.draw(levels.meshes(camera, deviation_px, threads), store, camera,
+                         process == "id" ? SeedProcess::kId : SeedProcess::kUv, threads);
 }
 
 std::vector<std::tuple<std::string, bool, std::string>> backends() {
@@ -79,13 +77,27 @@ void bind_raster(nb::module_& m) {
            nb::arg("backend"),
            "backend: osmesa, egl or embree. CoreError with the reason where it is not available.")
       .def_prop_ro("name", &raster::Rasterizer::name)
-      .def("draw", &draw, nb::arg("levels"), nb::arg("store"), nb::arg("camera"),
-           nb::arg("deviation_px") = 0.3, nb::arg("process") = "uv", nb::arg("threads") = 0,
-           "id (h, w) uint32, 0 where nothing is seen; uv (h, w, 2) float32, fractions of the face's uv box, "
-           "NaN "
-           "where nothing is seen; and by id - 1 instance (n,) and face (n,). levels: of this store. "
-           "process: id "
-           "(one a triangle, uv the mean of its corners) or uv (one a surface, uv as interpolated).")
+      .def(
+          "seeds",
+          [](raster::Rasterizer& r, tess::MeshLevels& levels, const nurbs::NurbsStore& store,
+             const view::Camera& camera, double deviation_px, const std::string& process,
+             int threads) { return Seeds{draw(r, levels, store, camera, deviation_px, process, threads)}; },
+          nb::arg("levels"), nb::arg("store"), nb::arg("camera"), nb::arg("deviation_px") = 0.3,
+          nb::arg("process") = "uv", nb::arg("threads") = 0,
+          "What draw() tells, as the tracer takes it, without a copy.")
+      .def(
+          "draw",
+          [](raster::Rasterizer& r, tess::MeshLevels& levels, const nurbs::NurbsStore& store,
+             const view::Camera& camera, double deviation_px, const std::string& process, int threads) {
+            return planes_of(draw(r, levels, store, camera, deviation_px, process, threads));
+          },
+          nb::arg("levels"), nb::arg("store"), nb::arg("camera"), nb::arg("deviation_px") = 0.3,
+          nb::arg("process") = "uv", nb::arg("threads") = 0,
+          "id (h, w) uint32, 0 where nothing is seen; uv (h, w, 2) float32, fractions of the face's uv box, "
+          "NaN "
+          "where nothing is seen; and by id - 1 instance (n,) and face (n,). levels: of this store. "
+          "process: id "
+          "(one a triangle, uv the mean of its corners) or uv (one a surface, uv as interpolated).")
       .def(
           "warm_up",
           [](raster::Rasterizer& r) {

@@ -31,6 +31,10 @@ def test_seeds_name_what_is_seen(backend: str, process: str, assembly: trimray.M
     id, uv, instance, face = _core.Rasterizer(backend).draw(
         levels, assembly._core, camera._core, 0.3, process=process
     )
+    seeds = _core.Rasterizer(backend).seeds(levels, assembly._core, camera._core, 0.3, process=process)
+    np.testing.assert_array_equal(seeds.id(), id)
+    np.testing.assert_array_equal(seeds.uv()[id > 0], uv[id > 0])
+    assert seeds.targets == len(face) == len(instance)
     assert id.shape == (90, 120) and uv.shape == (90, 120, 2)
     seen = id > 0
     assert seen.sum() > 300
