@@ -26,4 +26,9 @@ struct Box {
 using Box2 = Box<dvec2>;
 using Box3 = Box<dvec3>;
 
+// The parallelepiped {center + x axis[0] + y axis[1] + z axis[2] : |x|, |y|, |z| <= 1}.
+struct OrientedBox {
+  dvec3 center{0.0}, axis[3] = {dvec3(0.0), dvec3(0.0), dvec3(0.0)};
+};
+
 }  // namespace trimray

@@ -3,44 +3,60 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/hybrid/camera_frame.h"
-#include "core/trace/patch.h"
+#include "core/trace/leaf_hull.h"
 
 namespace trimray::hybrid {
 
 inline constexpr int kMaxTile = 64;  // px along a side
+inline constexpr int kBatch = 16;    // leaves that are set up at once
 inline constexpr float kFarDepth = 1e30f;
 
-// An affine function of the place relative to the tile's middle, px.
-struct Affine {
-  float at = 0.0f, dx = 0.0f, dy = 0.0f;
+// The camera frame of an instance about the middle of one tile, in float, for coordinates relative to the
+// centre of the prototype's Bvh: x and y count from the tile's middle (perspective: from the ray through it),
+// depths from the view's reference where they are compared.
+struct TileFrame {
+  float linear[3][3], shift[3];  // rows x, y, z
+  float error[3];                // what rounding can move a point of the prototype by
+  float reference = 0.0f;
+  float half = 0.0f;  // px: no place of the tile is farther from its middle in x or y
+  bool perspective = false;
+
+  TileFrame(const CameraFrame& frame, const dvec3& center, double radius, const FrameRect& rect,
+            double reference);
 };
 
-// A hull seen in a tile. A line o + s d meets a parallelepiped (center, a, b, k) only where none of the axes
+// An affine function of the place relative to the tile's middle, px; a value a leaf.
+struct AffineBatch {
+  alignas(64) float at[kBatch], dx[kBatch], dy[kBatch];
+};
+
+// Hulls seen in a tile. A line o + s d meets a parallelepiped (center, a, b, k) only where none of the axes
 // d x a, d x b, d x k separates them; with g = (center - o) x d,
 //   |g.b| <= |ab.d| + |bk.d|,  |g.a| <= |ab.d| + |ak.d|,  |g.k| <= |ak.d| + |bk.d|,
 // and no nearer than where it meets the plane center - k sign + span(a, b). All of these are affine in the
-// place, whichever of o and d depends on it. Depths are relative to a reference depth, mm.
-struct Footprint {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;                    // pixels of the tile that can matter; empty: none
-  float near = 0.0f;                                     // no point of the hull is nearer
-  bool affine_denominator = false;                       // perspective
-  Affine u, v, k;                                        // orthographic: divided by their limits
-  float limit_u = 0.0f, limit_v = 0.0f, limit_k = 0.0f;  // with the slack for rounding
-  Affine depth;                                          // orthographic: the nearest depth at the place
-  Affine ab, ak, bk, numerator;                          // perspective
-  float slack_u = 0.0f, slack_v = 0.0f, slack_k = 0.0f, slack_depth = 0.0f, slack_ab = 0.0f;
+// place, whichever of o and d depends on it.
+struct Footprints {
+  alignas(64) std::int32_t x0[kBatch], y0[kBatch], x1[kBatch], y1[kBatch];  // pixels that can matter
+  alignas(64) float near[kBatch];  // no point of the hull is nearer, relative to the reference depth
+  AffineBatch u, v, k;             // orthographic: divided by their limits
+  AffineBatch depth;               // orthographic: the nearest depth at the place; perspective: its numerator
+  AffineBatch ab, ak, bk;          // perspective
+  // Orthographic: the limits, with the slack for rounding; perspective: the slack alone.
+  alignas(64) float limit_u[kBatch], limit_v[kBatch], limit_k[kBatch], slack_depth[kBatch], slack_ab[kBatch];
+  bool perspective = false;
 };
 
-// hull: in the camera frame. rect: the tile, its middle the origin of the affine functions; width and height
-// px. reference: the depth that others are relative to.
-Footprint make_footprint(const trace::LeafHull& hull, bool perspective, const FrameRect& rect, int width,
-                         int height, double reference);
+// hulls: all of the prototype; leaves: at most kBatch of them. width, height: of the tile, px.
+void make_footprints(const TileFrame& frame, std::span<const trace::LeafHull> hulls,
+                     std::span<const std::int32_t> leaves, int width, int height, Footprints& out);
 
-// Sets rows[y] for y in [y0, y1): bit x where the hull can cover the place of pixel (x, y) at a depth up to
-// best[y * kMaxTile + x]. place: of the sample in its pixel, relative to the middle of the pixel.
-void cover(const Footprint& footprint, const float* best, float place_x, float place_y, int width, int height,
-           std::uint64_t* rows);
+// Sets rows[y] for y in [y0, y1) of leaf number i: bit x where the hull can cover the place of pixel (x, y)
+// at a depth up to best[y * kMaxTile + x]. place: of the sample, relative to the middle of its pixel. False:
+// none.
+bool cover(const Footprints& footprints, int i, const float* best, float place_x, float place_y, int width,
+           int height, std::uint64_t* rows);
 
 }  // namespace trimray::hybrid

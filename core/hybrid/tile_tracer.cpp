@@ -53,27 +53,39 @@ void TileTracer::leaves() {
             [&](std::int32_t index, float) {
               const InstanceView& instance = view_.instances[index];
               const trace::Bvh& bvh = instance.prototype->bvh;
+              const TileFrame frame(instance.frame, bvh.center, bvh.radius, rect_, view_.reference);
+              std::int32_t batch[kBatch];
+              std::size_t count = 0;
               walk_tile(bvh, TileSpace(instance.frame, bvh, rect_, view_.reference), limit,
-                        [&](std::int32_t primitive, float) { leaf(instance, primitive); });
+                        [&](std::int32_t primitive, float) {
+                          batch[count++] = primitive;
+                          if (count == kBatch) leaf_batch(instance, frame, {batch, count}), count = 0;
+                        });
+              if (count > 0) leaf_batch(instance, frame, {batch, count});
             });
 }
 
-void TileTracer::leaf(const InstanceView& view, std::int32_t primitive) {
-  ++stats_.candidates;
-  const trace::LeafHull& h = view.prototype->hulls[primitive];
-  const CameraFrame& frame = view.frame;
-  const Footprint footprint = make_footprint(
-      {frame.point(h.center), frame.direction(h.a), frame.direction(h.b), frame.direction(h.k)},
-      frame.perspective, rect_, width_, height_, view_.reference);
-  if (footprint.x0 >= footprint.x1) return;
+void TileTracer::leaf_batch(const InstanceView& view, const TileFrame& frame,
+                            std::span<const std::int32_t> primitives) {
+  stats_.candidates += primitives.size();
+  Footprints footprints;
+  make_footprints(frame, view.prototype->hulls, primitives, width_, height_, footprints);
+  for (std::size_t i = 0; i < primitives.size(); ++i)
+    if (footprints.x0[i] < footprints.x1[i] && footprints.y0[i] < footprints.y1[i])
+      leaf(view, primitives[i], footprints, static_cast<int>(i));
+}
+
+void TileTracer::leaf(const InstanceView& view, std::int32_t primitive, const Footprints& footprints, int i) {
   std::int32_t slots[trace::kPacketSize];
   std::size_t count = 0;
   bool met = false;
   for (std::size_t p = 0; p < tile_.places.size(); ++p) {
     std::uint64_t rows[kMaxTile];
-    cover(footprint, state_.best.data() + p * kTileSlots, static_cast<float>(tile_.places[p].x - 0.5),
-          static_cast<float>(tile_.places[p].y - 0.5), width_, height_, rows);
-    for (int y = footprint.y0; y < footprint.y1; ++y)
+    if (!cover(footprints, i, state_.best.data() + p * kTileSlots,
+               static_cast<float>(tile_.places[p].x - 0.5), static_cast<float>(tile_.places[p].y - 0.5),
+               width_, height_, rows))
+      continue;
+    for (int y = footprints.y0[i]; y < footprints.y1[i]; ++y)
       for (std::uint64_t rest = rows[y]; rest != 0; rest &= rest - 1) {
         slots[count++] = static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + std::countr_zero(rest);
         if (count < trace::kPacketSize) continue;

@@ -31,7 +31,8 @@ class TileTracer {
   void finish(trace::TileHits& out);
 
  private:
-  void leaf(const InstanceView& view, std::int32_t primitive);
+  void leaf_batch(const InstanceView& view, const TileFrame& frame, std::span<const std::int32_t> primitives);
+  void leaf(const InstanceView& view, std::int32_t primitive, const Footprints& footprints, int i);
   void solve(const InstanceView& view, std::int32_t primitive, std::span<const std::int32_t> slots);
   void closed_leaf(const InstanceView& view, const trace::ScenePrimitive& p,
                    std::span<const std::int32_t> slots);

@@ -5,6 +5,7 @@
 // found through two boxes has the same bits.
 #pragma once
 
+#include "core/base/box.h"
 #include "core/nurbs/store.h"
 
 namespace trimray::trace {
@@ -47,11 +48,7 @@ dvec3 closed_form_point(const ClosedForm& form, dvec2 uv);
 // Conservative box of the surface over a uv box (finite, at most one turn).
 Box3 closed_form_box(const ClosedForm& form, const Box2& uv);
 
-// The same as a box along the surface's tangents and normal at the middle of the uv box: center, and three
-// half axes at right angles.
-struct OrientedBox {
-  dvec3 center{0.0}, axis[3] = {dvec3(0.0), dvec3(0.0), dvec3(0.0)};
-};
+// The same along the surface's tangents and normal at the middle of the uv box.
 OrientedBox closed_form_oriented_box(const ClosedForm& form, const Box2& uv);
 
 // Length in mm of the uv box's longest iso-line in u and in v.

@@ -57,11 +57,11 @@ PatchSet::~PatchSet() = default;
 
 std::span<const PatchLeaf> PatchSet::leaves() const { return impl_->leaves; }
 
-LeafHull PatchSet::hull(std::int32_t leaf) const {
+OrientedBox PatchSet::oriented_box(std::int32_t leaf) const {
   const LeafBound& bound = impl_->bounds[leaf];
-  const auto vec = [](const double(&v)[3]) { return dvec3(v[0], v[1], v[2]); };
-  return {impl_->patches[impl_->leaves[leaf].patch].origin + vec(bound.center), vec(bound.a), vec(bound.b),
-          vec(bound.k)};
+  const auto vec = [](const double (&v)[3]) { return dvec3(v[0], v[1], v[2]); };
+  return {impl_->patches[impl_->leaves[leaf].patch].origin + vec(bound.center),
+          {vec(bound.a), vec(bound.b), vec(bound.k)}};
 }
 
 std::int64_t PatchSet::bytes() const {

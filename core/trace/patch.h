@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/box.h"
 #include "core/nurbs/store.h"
 #include "core/trace/ray.h"
 
@@ -23,11 +24,6 @@ struct PatchLeaf {
   std::int32_t face = kNoFace;
   std::int32_t patch = -1;  // internal to PatchSet
   std::int32_t sub = -1;    // internal to PatchSet
-};
-
-// A leaf lies in the parallelepiped {center + x a + y b + z k : |x|, |y|, |z| <= 1}. mm, in the prototype.
-struct LeafHull {
-  dvec3 center{0.0}, a{0.0}, b{0.0}, k{0.0};
 };
 
 // What solve() is certain of, a bit a lane. Lanes of `active` in neither mask are not decided: all_roots().
@@ -88,7 +84,8 @@ class PatchSet {
   ~PatchSet();
 
   std::span<const PatchLeaf> leaves() const;
-  LeafHull hull(std::int32_t leaf) const;
+  // A box along the leaf's own directions that holds it: as closed_form_oriented_box, but skewed.
+  OrientedBox oriented_box(std::int32_t leaf) const;
   std::int64_t bytes() const;
 
   // Bezier patches that are missing because a weight is not positive. 0 for every surface whose weights are.

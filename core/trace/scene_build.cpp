@@ -118,36 +118,38 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
     if (!finite(b)) b = {};
     box.add(b);
   }
+  bvh = build_bvh(boxes);
   hulls.reserve(primitives.size());
   for (std::size_t i = 0; i < primitives.size(); ++i) hulls.push_back(hull_of(i, boxes[i]));
-  bvh = build_bvh(boxes);
   if (finite(sieves[0].box())) box.add(sieves[0].box());
 }
 
 LeafHull PrototypeScene::hull_of(std::size_t primitive, const Box3& leaf_box) const {
   const ScenePrimitive& p = primitives[primitive];
-  LeafHull hull;
+  OrientedBox box;
   if (p.kind == PrimitiveKind::kPatch) {
-    hull = patches.hull(p.leaf);
+    box = patches.oriented_box(p.leaf);
   } else if (p.kind == PrimitiveKind::kClosedForm) {
-    const OrientedBox oriented = closed_form_oriented_box(form(p.face), closed_leaves[p.leaf].uv);
-    hull = {oriented.center, oriented.axis[0], oriented.axis[1], oriented.axis[2]};
-  } else if (!leaf_box.empty()) {
-    const dvec3 half = 0.5 * leaf_box.extent();
-    hull = {leaf_box.center(), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}};
+    box = closed_form_oriented_box(form(p.face), closed_leaves[p.leaf].uv);
   }
-  // A parallelepiped grows by the slack on all sides where each axis grows by slack / height of itself.
-  const double slack = kHullSlack * diagonal;
-  const double volume = std::abs(glm::dot(glm::cross(hull.a, hull.b), hull.k));
-  if (!(volume > 0.0)) {
-    const dvec3 half = leaf_box.empty() ? dvec3(0.0) : 0.5 * leaf_box.extent() + slack;
-    return {
-        leaf_box.empty() ? dvec3(0.0) : leaf_box.center(), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}};
+  dvec3(&axis)[3] = box.axis;
+  double volume = std::abs(glm::dot(glm::cross(axis[0], axis[1]), axis[2]));
+  if (!(volume > 0.0) && !leaf_box.empty()) {
+    const dvec3 half = 0.5 * leaf_box.extent() + kHullSlack * diagonal;
+    box = {leaf_box.center(), {{half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}}};
+    volume = half.x * half.y * half.z;
   }
-  const double grow_a = 1.0 + slack * glm::length(glm::cross(hull.b, hull.k)) / volume;
-  const double grow_b = 1.0 + slack * glm::length(glm::cross(hull.a, hull.k)) / volume;
-  const double grow_k = 1.0 + slack * glm::length(glm::cross(hull.a, hull.b)) / volume;
-  hull.a *= grow_a, hull.b *= grow_b, hull.k *= grow_k;
+  LeafHull hull{};
+  // It grows by the slack on all sides where each axis grows by slack / height of itself.
+  double grow[3] = {1.0, 1.0, 1.0};
+  for (int i = 0; i < 3 && volume > 0.0; ++i)
+    grow[i] += kHullSlack * diagonal * glm::length(glm::cross(axis[(i + 1) % 3], axis[(i + 2) % 3])) / volume;
+  for (int i = 0; i < 3; ++i) {
+    hull.center[i] = static_cast<float>(box.center[i] - bvh.center[i]);
+    hull.a[i] = static_cast<float>(axis[0][i] * grow[0]),
+    hull.b[i] = static_cast<float>(axis[1][i] * grow[1]);
+    hull.k[i] = static_cast<float>(axis[2][i] * grow[2]);
+  }
   return hull;
 }
 

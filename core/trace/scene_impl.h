@@ -10,6 +10,7 @@
 #include "core/nurbs/trim.h"
 #include "core/trace/closed_form_leaves.h"
 #include "core/trace/edge_rule.h"
+#include "core/trace/leaf_hull.h"
 #include "core/trace/patch.h"
 #include "core/trace/scene.h"
 #include "core/trace/scene_edges.h"
