@@ -185,6 +185,15 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     dvec2 uv;
     if (inside(view, p, leaf.uv_face, raw, uv)) consider(view, slot, t, scale, p.face, uv, &normal);
   };
+  trace::OpenLanes waiting;
+  double open_scale[trace::kLanes];
+  const auto open_lanes = [&] {
+    thread_local std::vector<trace::LaneRoot> found;
+    found.clear();
+    patches.open_roots(p.leaf, waiting.rays, found);
+    for (const auto& [k, r] : found) root(waiting.index[k], r.t, open_scale[k], r.uv_face, r.normal);
+    waiting.count = 0;
+  };
   for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
     trace::RayLanes lanes;
     LaneScales scales;
@@ -202,15 +211,12 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     }
     for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
-      std::vector<trace::Root> found;
-      const Ray ray{{lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
-                    {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]},
-                    0.0,
-                    kInf};
-      patches.all_roots(p.leaf, ray, found);
-      for (const trace::Root& r : found) root(slots[begin + k], r.t, scale[k], r.uv_face, r.normal);
+      open_scale[waiting.count] = scale[k];
+      waiting.add(lanes, k, slots[begin + k]);
+      if (waiting.count == trace::kLanes) open_lanes();
     }
   }
+  if (waiting.count > 0) open_lanes();
 }
 
 void TileTracer::triangle_block(const InstanceView& view, const ScenePrimitive& p,

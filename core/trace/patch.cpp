@@ -1,12 +1,14 @@
 #include "core/trace/patch.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/trace/clipping.h"
 #include "core/trace/newton.h"
 #include "core/trace/newton_seeded.h"
+#include "core/trace/open_lanes.h"
 #include "core/trace/patch_build.h"
 #include "core/trace/patch_data.h"
 #include "core/trace/patch_offset.h"
@@ -100,23 +102,48 @@ std::uint32_t PatchSet::rules_out(std::int32_t leaf, const RayLanes& rays, const
   return lies_beside(impl_->bounds[leaf], rays, param_u, param_v);
 }
 
+namespace {
+
+Root make_root(const Patch& patch, const PatchRoot& r, const dvec3& dir) {
+  Root root;
+  root.t = r.t;
+  root.uv_face = dvec2(patch.u.to_face(r.u), patch.v.to_face(r.v));
+  root.normal = patch.reversed ? -r.normal : r.normal;
+  root.face = patch.face;
+  root.sign = glm::dot(root.normal, dir) > 0.0 ? 1 : -1;
+  return root;
+}
+
+}  // namespace
+
 bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
   thread_local std::vector<PatchRoot> roots;
   roots.clear();
   const ClipStats stats = patch.offset != 0.0 ? offset_roots(patch, *impl_, impl_->bounds[leaf], ray, roots)
                                               : clip_roots(patch, *impl_, impl_->bounds[leaf], ray, roots);
-  for (const PatchRoot& r : roots) {
-    Root root;
-    root.t = r.t;
-    root.uv_face = dvec2(patch.u.to_face(r.u), patch.v.to_face(r.v));
-    root.normal = patch.reversed ? -r.normal : r.normal;
-    root.face = patch.face;
-    root.sign = glm::dot(root.normal, ray.dir) > 0.0 ? 1 : -1;
-    out.push_back(root);
-  }
+  for (const PatchRoot& r : roots) out.push_back(make_root(patch, r, ray.dir));
   given_up += stats.exhausted;
   return !stats.exhausted;
+}
+
+void PatchSet::open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<LaneRoot>& out) const {
+  const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
+  const auto dir = [&](int i) { return dvec3(rays.dir_x[i], rays.dir_y[i], rays.dir_z[i]); };
+  if (patch.offset != 0.0) {
+    thread_local std::vector<Root> found;
+    for (std::uint32_t rest = rays.active; rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      found.clear();
+      all_roots(leaf, {dvec3(rays.org_x[i], rays.org_y[i], rays.org_z[i]), dir(i)}, found);
+      for (const Root& root : found) out.push_back({i, root});
+    }
+    return;
+  }
+  thread_local std::vector<LanePatchRoot> roots;
+  roots.clear();
+  given_up += open_lane_roots(patch, *impl_, impl_->bounds[leaf], rays, roots).exhausted;
+  for (const LanePatchRoot& r : roots) out.push_back({r.lane, make_root(patch, r.root, dir(r.lane))});
 }
 
 }  // namespace trimray::trace

@@ -63,6 +63,24 @@ inline bool same_root(const Root& a, const Root& b, double diagonal) {
          std::fabs(a.t - b.t) <= 1e-9 * diagonal + 1e-14 * std::fabs(a.t);
 }
 
+// A root of one lane.
+struct LaneRoot {
+  int lane = 0;
+  Root root;
+};
+
+// Lanes that solve() has left open on one leaf, gathered from several calls: open_roots() wants full lanes.
+struct OpenLanes {
+  RayLanes rays = {};
+  int index[kLanes];  // the caller's, of each lane
+  int count = 0;
+  void add(const RayLanes& from, int i, int caller_index) {
+    copy_lane(from, i, rays, count);
+    index[count++] = caller_index;
+    rays.active = (1u << count) - 1u;
+  }
+};
+
 // How often all_roots() has returned false on this thread: callers count by the difference.
 std::uint64_t searches_given_up();
 
@@ -118,6 +136,10 @@ class PatchSet {
   // uv_face, normal (outward), face and sign; leaves inside false. False, and roots may be missing, where the
   // search was given up: only for a line that lies in the surface.
   bool all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
+
+  // SIMD: appends what all_roots() finds on the lines of the active lanes, a lane's roots in no particular
+  // order: those that solve() leaves open.
+  void open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<LaneRoot>& out) const;
 
  private:
   struct Impl;

@@ -60,8 +60,8 @@ std::uint8_t collapsed_sides(const dvec4* net, int du, int dv, double size) {
   return sides;
 }
 
-// Patch::bend.
-double bend_of(const Patch& patch, const dvec4* net) {
+// Patch::bend, bend_uu and bend_vv.
+void set_bend(Patch& patch, const dvec4* net) {
   const int du = patch.degree_u, dv = patch.degree_v, row = dv + 1;
   const auto size = [&](const dvec4& d) {
     return glm::length(dvec3(d.x, d.y, d.z)) + std::fabs(d.w) * patch.size;
@@ -74,7 +74,8 @@ double bend_of(const Patch& patch, const dvec4* net) {
       if (j + 2 <= dv) vv = std::max(vv, size((p[2] - p[1]) - (p[1] - p[0])));
       if (i < du && j < dv) uv = std::max(uv, size((p[row + 1] - p[row]) - (p[1] - p[0])));
     }
-  return 0.5 * (du * (du - 1) * uu + 2.0 * du * dv * uv + dv * (dv - 1) * vv);
+  patch.bend_uu = 0.5 * du * (du - 1) * uu, patch.bend_vv = 0.5 * dv * (dv - 1) * vv;
+  patch.bend = patch.bend_uu + du * dv * uv + patch.bend_vv;
 }
 
 // Diagonal of a surface's control points, mm.
@@ -339,7 +340,7 @@ bool append_patch(const PatchInput& input, PatchPool& pool) {
     patch.max_weight = std::max(patch.max_weight, h.w);
   }
   patch.poles = collapsed_sides(pool.net.data() + patch.net, du, dv, patch.size);
-  patch.bend = bend_of(patch, pool.net.data() + patch.net);
+  set_bend(patch, pool.net.data() + patch.net);
   append_coefficients(patch, pool);
   const auto index = static_cast<std::int32_t>(pool.patches.size());
   pool.patches.push_back(patch);

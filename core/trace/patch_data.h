@@ -38,11 +38,12 @@ struct Patch {
   double max_weight = 1.0;  // of net; the first is 1
   double bend = 0.0;        // half the second derivative of P - w o, for o on the patch, along steps of 1 in
                             // both parameters: what a Newton step leaves is at most bend * step^2, mm
-  std::int32_t splits = 0;  // root of the tree of leaves, as LeafSplit::child
-  dvec3 origin{0.0};        // everything below is relative to it
-  std::int64_t net = 0;     // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
-  std::int64_t coef = 0;    // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
-                            // the Bernstein points once more
+  double bend_uu = 0.0, bend_vv = 0.0;  // the parts of `bend` along u and v alone
+  std::int32_t splits = 0;              // root of the tree of leaves, as LeafSplit::child
+  dvec3 origin{0.0};                    // everything below is relative to it
+  std::int64_t net = 0;                 // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
+  std::int64_t coef = 0;  // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
+                          // the Bernstein points once more
   ParamCurve u, v;
 };
 

@@ -18,6 +18,10 @@ struct ProjectedNet {
   Lanes x[kMaxPoints], y[kMaxPoints];
 };
 
+struct NetView {
+  Lanes *x, *y;
+};
+
 HWY_INLINE Lanes mix(Lanes a, Lanes b, Lanes t) { return mul_add(t, b - a, a); }
 
 // restrict_line of patch_net.h in lanes; a < b, both within [-1/2, 3/2].
@@ -36,6 +40,19 @@ HWY_INLINE void restrict_lanes(Lanes* c, int n, int stride, double a, double b) 
     keep_right(a), keep_left((b - a) / (1.0 - a));
 }
 
+// The net over [u0, u1] x [v0, v1].
+HWY_INLINE void restrict_leaf(const NetView& net, int du, int dv, double u0, double u1, double v0,
+                              double v1) {
+  for (int i = 0; i <= du; ++i) {
+    restrict_lanes(net.x + i * (dv + 1), dv, 1, v0, v1);
+    restrict_lanes(net.y + i * (dv + 1), dv, 1, v0, v1);
+  }
+  for (int j = 0; j <= dv; ++j) {
+    restrict_lanes(net.x + j, du, dv + 1, u0, u1);
+    restrict_lanes(net.y + j, du, dv + 1, u0, u1);
+  }
+}
+
 // Halves of one row or column: in stays the lower half, upper gets the other.
 HWY_INLINE void halve_line(Lanes* c, Lanes* upper, int n, int stride) {
   const Lanes half(0.5);
@@ -46,7 +63,7 @@ HWY_INLINE void halve_line(Lanes* c, Lanes* upper, int n, int stride) {
   }
 }
 
-HWY_INLINE void halve_net(ProjectedNet& net, ProjectedNet& upper, int du, int dv, bool in_u) {
+HWY_INLINE void halve_net(const NetView& net, const NetView& upper, int du, int dv, bool in_u) {
   const int lines = in_u ? dv : du, n = in_u ? du : dv, stride = in_u ? dv + 1 : 1, step = in_u ? 1 : dv + 1;
   for (int k = 0; k <= lines; ++k) {
     halve_line(net.x + k * step, upper.x + k * step, n, stride);
@@ -56,7 +73,7 @@ HWY_INLINE void halve_net(ProjectedNet& net, ProjectedNet& upper, int du, int dv
 
 // Lanes whose net lies strictly on one side of a line through the origin. The points' outermost directions as
 // seen from the origin give that side; it is then checked on every point, so that rounding cannot lie.
-HWY_NOINLINE Mask beside_origin(const ProjectedNet& net, int count, Lanes noise) {
+HWY_NOINLINE inline Mask beside_origin(const NetView& net, int count, Lanes noise) {
   Lanes lx = net.x[0], ly = net.y[0], rx = lx, ry = ly;
   for (int k = 1; k < count; ++k) {
     const Lanes x = net.x[k], y = net.y[k];
@@ -79,13 +96,14 @@ HWY_NOINLINE Mask beside_origin(const ProjectedNet& net, int count, Lanes noise)
 }
 
 // Lanes of `open` whose line meets none of the 2^depth parts of the net.
-HWY_NOINLINE Mask beside_parts(ProjectedNet& net, int du, int dv, bool in_u, int depth, Lanes noise,
-                               Mask open) {
+HWY_NOINLINE inline Mask beside_parts(const NetView& net, int du, int dv, bool in_u, int depth, Lanes noise,
+                                      Mask open) {
   Mask out = open & beside_origin(net, (du + 1) * (dv + 1), noise);
   if (depth == 0) return out;
   const Mask rest = and_not(out, open);
   if (none(rest)) return out;
-  ProjectedNet upper;
+  ProjectedNet storage;
+  const NetView upper{storage.x, storage.y};
   halve_net(net, upper, du, dv, in_u);
   const Mask low = beside_parts(net, du, dv, !in_u, depth - 1, noise, rest);
   if (none(low)) return out;
@@ -94,8 +112,8 @@ HWY_NOINLINE Mask beside_parts(ProjectedNet& net, int du, int dv, bool in_u, int
 
 // Lanes of `open` that certainly miss the leaf. o: the ray's point next to the patch's origin, relative to
 // it.
-HWY_NOINLINE Mask misses_leaf(const trace::Patch& patch, const dvec4* points, const trace::LeafBound& leaf,
-                              const Vec3& o, const Vec3& d, Mask open) {
+HWY_NOINLINE inline Mask misses_leaf(const trace::Patch& patch, const dvec4* points,
+                                     const trace::LeafBound& leaf, const Vec3& o, const Vec3& d, Mask open) {
   constexpr int kDepth = 3;
   const int du = patch.degree_u, dv = patch.degree_v, count = (du + 1) * (dv + 1);
   // Across the line: as near to the leaf's normal as can be, and at right angles.
@@ -113,18 +131,12 @@ HWY_NOINLINE Mask misses_leaf(const trace::Patch& patch, const dvec4* points, co
   }
   const double reach_u = leaf.half_u * (1.0 + 1e-7) + trace::kLeafSlack,
                reach_v = leaf.half_v * (1.0 + 1e-7) + trace::kLeafSlack;
-  for (int i = 0; i <= du; ++i) {
-    restrict_lanes(net.x + i * (dv + 1), dv, 1, leaf.mid_v - reach_v, leaf.mid_v + reach_v);
-    restrict_lanes(net.y + i * (dv + 1), dv, 1, leaf.mid_v - reach_v, leaf.mid_v + reach_v);
-  }
-  for (int j = 0; j <= dv; ++j) {
-    restrict_lanes(net.x + j, du, dv + 1, leaf.mid_u - reach_u, leaf.mid_u + reach_u);
-    restrict_lanes(net.y + j, du, dv + 1, leaf.mid_u - reach_u, leaf.mid_u + reach_u);
-  }
+  restrict_leaf({net.x, net.y}, du, dv, leaf.mid_u - reach_u, leaf.mid_u + reach_u, leaf.mid_v - reach_v,
+                leaf.mid_v + reach_v);
   const Lanes noise = Lanes(2e-14 * patch.max_weight) * (Lanes(patch.size) + sqrt(dot(o, o)));
   const double size_u = leaf.a[0] * leaf.a[0] + leaf.a[1] * leaf.a[1] + leaf.a[2] * leaf.a[2];
   const double size_v = leaf.b[0] * leaf.b[0] + leaf.b[1] * leaf.b[1] + leaf.b[2] * leaf.b[2];
-  return beside_parts(net, du, dv, size_u >= size_v, kDepth, noise, open);
+  return beside_parts({net.x, net.y}, du, dv, size_u >= size_v, kDepth, noise, open);
 }
 
 }  // namespace trimray::HWY_NAMESPACE

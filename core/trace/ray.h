@@ -23,6 +23,11 @@ struct RayLanes {
   std::uint32_t active = 0;                                        // bit i: lane i
 };
 
+inline void copy_lane(const RayLanes& from, int i, RayLanes& to, int k) {
+  to.org_x[k] = from.org_x[i], to.org_y[k] = from.org_y[i], to.org_z[k] = from.org_z[i];
+  to.dir_x[k] = from.dir_x[i], to.dir_y[k] = from.dir_y[i], to.dir_z[k] = from.dir_z[i];
+}
+
 // A crossing of a ray's line with the (extended) surface of one face.
 struct Root {
   double t = 0.0;

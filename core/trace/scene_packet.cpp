@@ -143,6 +143,7 @@ struct InstancePacket {
   void patch_leaf(const ScenePrimitive& p, std::uint64_t active) {
     const PatchLeaf& leaf = prototype.patches.leaves()[p.leaf];
     const bool reversed = prototype.store.faces[p.face].reversed;
+    OpenLanes waiting;
     while (active != 0) {
       RayLanes lanes;
       int index[kLanes];
@@ -159,12 +160,21 @@ struct InstancePacket {
         patch_root(p, leaf.uv_face, index[k], roots.t[k], {roots.u[k], roots.v[k]}, reversed ? -n : n);
       }
       for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
-        const int i = index[std::countr_zero(rest)];
-        std::vector<Root> found;
-        prototype.patches.all_roots(p.leaf, ray(i), found);
-        for (const Root& root : found) patch_root(p, leaf.uv_face, i, root.t, root.uv_face, root.normal);
+        const int k = std::countr_zero(rest);
+        waiting.add(lanes, k, index[k]);
+        if (waiting.count == kLanes) open_lanes(p, leaf.uv_face, waiting);
       }
     }
+    if (waiting.count > 0) open_lanes(p, leaf.uv_face, waiting);
+  }
+
+  void open_lanes(const ScenePrimitive& p, const Box2& core, OpenLanes& waiting) {
+    thread_local std::vector<LaneRoot> found;
+    found.clear();
+    prototype.patches.open_roots(p.leaf, waiting.rays, found);
+    for (const auto& [lane, root] : found)
+      patch_root(p, core, waiting.index[lane], root.t, root.uv_face, root.normal);
+    waiting.count = 0;
   }
 
   void triangle_block(const ScenePrimitive& p, std::uint64_t active) {
