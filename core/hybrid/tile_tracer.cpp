@@ -5,6 +5,7 @@
 
 #include "core/hybrid/edge_mask.h"
 #include "core/hybrid/tile_walk.h"
+#include "core/trace/closed_form_lanes.h"
 
 namespace trimray::hybrid {
 
@@ -15,7 +16,10 @@ using trace::ScenePrimitive;
 
 namespace {
 
-// The same ray as trace's packets have it: not below, for comparisons of depths.
+alignas(64) constexpr double kZeros[trace::kLanes] = {};
+alignas(64) constexpr double kInfinities[trace::kLanes] = {kInf, kInf, kInf, kInf, kInf, kInf, kInf, kInf};
+
+// Not below, for comparisons of depths.
 float depth_above(double depth) { return static_cast<float>(depth + 1e-6 * std::abs(depth)); }
 
 }  // namespace
@@ -155,22 +159,40 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
                              std::span<const std::int32_t> slots) {
   const trace::ClosedLeaf& leaf = view.prototype->closed_leaves[p.leaf];
   const trace::ClosedForm& form = view.prototype->form(p.face);
+  const bool reversed = view.prototype->store.faces[p.face].reversed;
+  // True where the root counts: the next one of the ray lies behind it.
+  const auto root = [&](std::int32_t slot, double t, double scale, dvec2 raw, const dvec3& normal) {
+    if (t / scale > state_.t[slot]) return true;
+    dvec2 uv;
+    if (!inside(view, p, leaf.core, raw, uv)) return false;
+    const dvec3 n = reversed ? -normal : normal;
+    consider(view, slot, t, scale, p.face, uv, &n);
+    return true;
+  };
   for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
     trace::RayLanes lanes;
     LaneScales scales;
-    const int lane_count = rays(view, slots.subspan(begin), lanes, scales);
-    for (int k = 0; k < lane_count; ++k) {
-      trace::ClosedRoot roots[trace::kMaxClosedRoots];
-      const int count =
-          closed_form_roots(form, {lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
-                            {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]}, leaf.uv, 0.0, kInf, roots);
-      for (int r = 0; r < count; ++r) {
-        dvec2 uv;
-        if (!inside(view, p, leaf.core, roots[r].uv, uv)) continue;
-        const dvec3 n = view.prototype->store.faces[p.face].reversed ? -roots[r].normal : roots[r].normal;
-        consider(view, slots[begin + k], roots[r].t, scales.scale[k], p.face, uv, &n);
-        break;
+    const int count = rays(view, slots.subspan(begin), lanes, scales);
+    if (!trace::solves_closed_form_lanes(form.kind)) {
+      for (int k = 0; k < count; ++k) {
+        trace::ClosedRoot roots[trace::kMaxClosedRoots];
+        const int found =
+            closed_form_roots(form, {lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
+                              {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]}, leaf.uv, 0.0, kInf, roots);
+        for (int r = 0; r < found; ++r)
+          if (root(slots[begin + k], roots[r].t, scales.scale[k], roots[r].uv, roots[r].normal)) break;
       }
+      continue;
+    }
+    trace::ClosedRootLanes roots;
+    closed_form_lanes(form, lanes, leaf.uv, kZeros, kInfinities, roots);
+    for (std::uint32_t rest = roots.found[0] | roots.found[1]; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      for (int r = 0; r < trace::kLaneRoots; ++r)
+        if ((roots.found[r] >> k & 1u) &&
+            root(slots[begin + k], roots.t[r][k], scales.scale[k], {roots.u[r][k], roots.v[r][k]},
+                 {roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]}))
+          break;
     }
   }
 }
