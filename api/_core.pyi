@@ -232,6 +232,9 @@ class Seeds:
     def uv(self) -> NDArray[numpy.float32]:
         """(h, w, 2) float32, of what was seen; 0 for nothing."""
 
+def choose_raster(covered_px: float, triangles: int) -> str:
+    """The backend that gives seeds soonest. CoreError: none is available."""
+
 class Progress:
     """Tiles done of a render that another thread waits for."""
 
@@ -410,9 +413,7 @@ class Rasterizer:
         deviation_px: float = 0.3,
         process: str = "uv",
         threads: int = 0,
-    ) -> tuple[
-        NDArray[numpy.uint32], NDArray[numpy.float32], NDArray[numpy.int32], NDArray[numpy.int32]
-    ]:
+    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float32], NDArray[numpy.int32], NDArray[numpy.int32]]:
         """
         id (h, w) uint32, 0 where nothing is seen; uv (h, w, 2) float32, fractions of the face's uv box, NaN where nothing is seen; and by id - 1 instance (n,) and face (n,). levels: of this store. process: id (one a triangle, uv the mean of its corners) or uv (one a surface, uv as interpolated).
         """

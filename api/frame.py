@@ -25,6 +25,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     face, instance: (h, w) int32; -1: nothing.
     time: (h, w) float32, ns of processor time; it is measured by blocks of 8 x 8 pixels, which are traced
         each for itself, and never the same twice.
+    seed_id: (h, w) uint32: what the raster pass saw, 0 for nothing; equal numbers are equal surfaces, or
+        triangles with seed_process "id". seed_uv: (h, w, 2) float32, there, as fractions of the surface's
+        range of parameters.
     All but color and time belong to the one ray through the pixel's centre and are never filtered; where it
     meets nothing, position, normal and uv are 0.
     """

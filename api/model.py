@@ -20,6 +20,7 @@ from .hits import Hits, Rays, check_rays
 from .importer.errors import EmptyError, UsageError
 from .pictures import Look, draw
 from .report import Report, make_report
+from .seeds import Seeder
 from .views import CAST_MODES, PROJECTIONS, UP_AXES, Background, View, choose, parse_size, parse_view
 
 if TYPE_CHECKING:
@@ -195,6 +196,10 @@ class Model:
 
         return Levels()
 
+    @cached_property
+    def _seeder(self) -> Seeder:
+        return Seeder()
+
     def camera(
         self,
         size: Sequence[int] | str = (512, 512),
@@ -283,6 +288,8 @@ class Model:
         samples: int = 4,
         background: Background = "white",
         mode: Mode = "hybrid",
+        seeds: str = "auto",
+        seed_process: str = "uv",
         aovs: Sequence[str] | str = ("color",),
         orientation: bool = False,
         threads: int = 0,
@@ -302,7 +309,12 @@ class Model:
             to bottom, or "transparent".
         mode: the tracer; every one gives the same picture, to the byte for "hybrid", the fastest, and
             "standard". "reference" is the slow one that judges the others.
-        aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance", "time"; see Frame.
+        seeds: what draws a coarse mesh first, to tell the hybrid tracer where to look: "osmesa", "egl",
+            "embree", "none"; "auto" is whatever is fastest. They never change the picture: where the one that
+            is asked for does not work, a warning says so and there are none. seed_process: "uv" or "id", the
+            two ways of the paper.
+        aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance", "time",
+            "seed_id", "seed_uv"; see Frame.
         orientation: tint faces that turn their inner side to the eye.
         threads: 0 for all cores; the bytes are the same for any number.
         time_limit: seconds. progress: called with "hierarchy" or "trace" and a fraction or None.
@@ -312,7 +324,7 @@ class Model:
             camera = view._core
         else:
             camera = self._camera(parse_size(size), view, projection, up)
-        look = Look.of(aovs, samples, background, mode, orientation, threads)
+        look = Look.of(aovs, samples, background, mode, orientation, threads, seeds, seed_process)
         return draw(self, camera, look, time_limit, progress)
 
     def _camera(self, size: tuple[int, int], view: View, projection: str, up: str) -> _core.Camera:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from . import _core
 from .frame import Frame
 from .run import run_watched
+from .seeds import SEED_AOVS, SEED_PROCESSES, SEEDS, choose_seeds
 from .views import MODES, Background, Rgba, choose, parse_aovs, parse_background, parse_samples
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ class Look:
     mode: str
     orientation: bool
     threads: int
+    seeds: str
+    seed_process: str
 
     @classmethod
     def of(
@@ -41,15 +44,20 @@ class Look:
         mode: str,
         orientation: bool,
         threads: int,
+        seeds: str,
+        seed_process: str,
     ) -> Look:
         """Raises UsageError."""
+        names, tracer = parse_aovs(aovs), choose("mode", mode, MODES)
         return cls(
-            parse_aovs(aovs),
+            names,
             parse_samples(samples),
             parse_background(background),
-            choose("mode", mode, MODES),
+            tracer,
             bool(orientation),
             int(threads),
+            choose_seeds(choose("seeds", seeds, SEEDS), tracer, names),
+            choose("seed_process", seed_process, SEED_PROCESSES),
         )
 
 
@@ -57,23 +65,43 @@ def draw(
     model: Model, camera: _core.Camera, look: Look, time_limit: float | None, progress: Progress | None
 ) -> Frame:
     """Raises TimeLimitError."""
-    backdrop = np.array(look.background, np.float32)
 
-    def work(tiles: _core.Progress) -> dict[str, npt.NDArray[Any]]:
-        scene = model._scene
-        start = time.perf_counter()
-        planes = scene.render(
-            camera,
-            list(look.aovs),
-            look.samples,
-            backdrop,
-            look.orientation,
-            look.mode,
-            look.threads,
-            tiles,
-        )
-        model._seconds["trace"] = time.perf_counter() - start
-        return planes
+    def work(tiles: _core.Progress) -> Frame:
+        return trace(model, camera, look, seeds_of(model, camera, look), tiles)
 
-    planes = run_watched(work, _core.Progress(), time_limit, progress)
-    return Frame(planes, (camera.width_px, camera.height_px))
+    return run_watched(work, _core.Progress(), time_limit, progress)
+
+
+def seeds_of(model: Model, camera: _core.Camera, look: Look) -> _core.Seeds | None:
+    """None where none are wished for, or none can be had."""
+    if look.seeds == "none":
+        return None
+    start = time.perf_counter()
+    needed = any(aov in SEED_AOVS for aov in look.aovs)
+    seeds = model._seeder.make(model, camera, look.seeds, look.seed_process, look.threads, needed)
+    model._seconds["seeds"] = time.perf_counter() - start
+    return seeds
+
+
+def trace(
+    model: Model, camera: _core.Camera, look: Look, seeds: _core.Seeds | None, tiles: _core.Progress
+) -> Frame:
+    """seeds: of this camera."""
+    scene = model._scene
+    start = time.perf_counter()
+    planes: dict[str, npt.NDArray[Any]] = scene.render(
+        camera,
+        [aov for aov in look.aovs if aov not in SEED_AOVS],
+        look.samples,
+        np.array(look.background, np.float32),
+        look.orientation,
+        look.mode,
+        look.threads,
+        tiles,
+        seeds,
+    )
+    model._seconds["trace"] = time.perf_counter() - start
+    if seeds is not None:
+        planes |= {"seed_id": seeds.id()} if "seed_id" in look.aovs else {}
+        planes |= {"seed_uv": seeds.uv()} if "seed_uv" in look.aovs else {}
+    return Frame({aov: planes[aov] for aov in look.aovs}, (camera.width_px, camera.height_px))

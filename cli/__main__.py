@@ -13,10 +13,14 @@ def main(arguments: list[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # What is imported lives until the end: looking for garbage in it costs a tenth of a cached picture.
     gc.set_threshold(50_000)
+    import warnings
+
     import click
 
     from .app import app
     from .output import say
+
+    warnings.showwarning = lambda message, *_, **__: say(str(message))
 
     args = sys.argv[1:] if arguments is None else arguments
     try:

@@ -224,8 +224,8 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "aov",
         ("--aov",),
-        "Planes to write, of: color depth position normal uv face instance time. Several need exr; one other "
-        "than color is shown in false colours elsewhere.",
+        "Planes to write, of: color depth position normal uv face instance time seed_id seed_uv. Several "
+        "need exr; one other than color is shown in false colours elsewhere.",
         "NAME[,NAME]",
         "color",
         parse=_aov,
@@ -244,6 +244,20 @@ OPTIONS: tuple[Option, ...] = (
         "Tracer; all give the same picture. reference is the slow one that judges the others.",
         default="hybrid",
         choices=("hybrid", "standard", "reference"),
+    ),
+    Option(
+        "seeds",
+        ("--seeds",),
+        "What draws a coarse mesh first, to tell the hybrid tracer where to look; the picture is the same.",
+        default="auto",
+        choices=("auto", "none", "osmesa", "egl", "embree"),
+    ),
+    Option(
+        "seed_process",
+        ("--seed-process",),
+        "Seeds interpolate uv, or are the mean of a triangle's corners.",
+        default="uv",
+        choices=("uv", "id"),
     ),
     Option(
         "heal",

@@ -51,6 +51,8 @@ def _draw(
         samples=options["samples"],
         background=options["background"],
         mode=options["mode"],
+        seeds=options["seeds"],
+        seed_process=options["seed_process"],
         aovs=aovs,
         orientation=options["orientation"],
         threads=options["jobs"],

@@ -1,11 +1,16 @@
 // Seeds: what a raster pass saw, as Python holds it.
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include <nanobind/stl/string.h>
 
 #include "core/base/error.h"
 #include "core/bind/bind.h"
 #include "core/bind/seeds.h"
+#include "raster/rasterizer.h"
 
 namespace trimray::bind {
 
@@ -71,6 +76,16 @@ void bind_seeds(nb::module_& m) {
       .def_prop_ro("targets", [](const Seeds& s) { return s.buffers.targets.size(); })
       .def("id", &id_plane, "(h, w) uint32.")
       .def("uv", &uv_plane, "(h, w, 2) float32, of what was seen; 0 for nothing.");
+  m.def(
+      "choose_raster",
+      [](double covered_px, std::size_t triangles) {
+        nb::gil_scoped_release release;
+        const std::optional<raster::Backend> backend = raster::choose(covered_px, triangles);
+        if (!backend) throw Error("no backend is available");
+        return std::string(raster::backend_name(*backend));
+      },
+      nb::arg("covered_px"), nb::arg("triangles"),
+      "The backend that gives seeds soonest. CoreError: none is available.");
 }
 
 }  // namespace trimray::bind
