@@ -223,6 +223,70 @@ TEST(PatchSeeded, TheBitsDoNotDependOnTheSeed) {
   EXPECT_GT(compared, 10000);
 }
 
+// Surfaces of revolution as NURBS: several patches, parameters that are angles, poles.
+TEST(PatchSeeded, AnglesAndPoles) {
+  std::mt19937 rng(35);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0.0, 1.0), noise(-0.01, 0.01);
+  nurbs::FaceSpec sphere = nurbs::full_sphere({}, 2.0), torus = nurbs::full_torus({}, 3.0, 1.0);
+  for (nurbs::FaceSpec* face : {&sphere, &torus}) {
+    face->surface = nurbs::as_nurbs(face->surface);
+    const Made made(*face);
+    int asked = 0, one = 0;
+    std::vector<Root> roots;
+    for (int k = 0; k < 4000; ++k) {
+      // A line near the surface's points, and the roots it has, gathered by patch.
+      const dvec3 target = face == &sphere ? dvec3(0.0) : dvec3(3.0, 0.0, 0.0);
+      const double reach = face == &sphere ? 1.2 : 0.6;
+      const dvec3 d = glm::normalize(dvec3(normal(rng), normal(rng), normal(rng)));
+      const Ray ray{target + reach * dvec3(uniform(rng), uniform(rng), uniform(rng)) - 9.0 * d, d};
+      for (const Root& root : every_root(made.set, ray, 6.0)) {
+        const std::int32_t patch = made.set.patch_at(0, root.uv_face);
+        ASSERT_GE(patch, 0);
+        RayLanes rays = {};
+        rays.active = 2;
+        set_lane(rays, 1, ray.org, ray.dir);
+        SeedLanes seeds = {};
+        seeds.u[1] = root.uv_face.x + noise(rng), seeds.v[1] = root.uv_face.y + noise(rng);
+        SeededRoots got;
+        made.set.solve_seeded(patch, rays, seeds, got);
+        ++asked, one += check_claims(made.set, rays, got);
+        if (got.one == 0) continue;
+        EXPECT_EQ(made.set.leaves()[got.leaf[1]].patch, patch);
+        EXPECT_LT(std::fabs(got.t[1] - root.t), 1e-10);
+        if (k % 50 == 0) {
+          // Only leaves of the same patch may be asked about.
+          for (std::size_t leaf = 0; leaf < made.set.leaves().size(); ++leaf) {
+            if (made.set.leaves()[leaf].patch != patch) continue;
+            if (!made.set.rules_out(static_cast<std::int32_t>(leaf), rays, got.param_u, got.param_v))
+              continue;
+            roots.clear();
+            made.set.all_roots(static_cast<std::int32_t>(leaf), ray, roots);
+            EXPECT_EQ(roots.size(), 0u);
+          }
+        }
+      }
+    }
+    EXPECT_GT(asked, 7000);
+    EXPECT_GT(one, 0.93 * asked);
+  }
+}
+
+TEST(PatchSeeded, OffsetPatchesNeverSayOne) {
+  std::mt19937 rng(36);
+  nurbs::FaceSpec face = as_face(random_net(rng, 3, 3, 0.1, false));
+  const Net net = random_net(rng, 3, 3, 0.1, false);
+  face.surface = nurbs::as_offset(face.surface, 0.01);
+  const Made made(face);
+  for (int k = 0; k < 100; ++k) {
+    const Shots shots = shoot(rng, net);
+    SeededRoots got;
+    made.set.solve_seeded(0, shots.rays, seeds_near(rng, shots, 0.01), got);
+    EXPECT_EQ(got.one, 0u);
+    EXPECT_EQ(made.set.rules_out(0, shots.rays, shots.u, shots.v), 0u);
+  }
+}
+
 // Rows and columns of patches, one of them missing for its weights.
 TEST(PatchSeeded, PatchAtFindsThePatchOfAPlace) {
   std::mt19937 rng(34);
