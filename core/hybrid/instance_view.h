@@ -29,7 +29,7 @@ struct InstanceView {
     stretch_across = std::sqrt(glm::dot(rows[0], rows[0]) + glm::dot(rows[1], rows[1]));
     stretch_along = glm::length(rows[2]);
     // Coarse paths send more rays to be asked one by one, fine ones have more segments to be drawn.
-    constexpr double kFinePx = 0.04;
+    constexpr double kFinePx = 0.08;
     const Box3& box = prototype->box;
     double depth = 1.0;
     if (camera.perspective && !box.empty())

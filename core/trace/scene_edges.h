@@ -37,6 +37,6 @@ class EdgeSieve {
 };
 
 // The tolerances of a prototype's sieves, the first the finest.
-inline constexpr double kChordTolerances[] = {1e-5, 4e-5, 1.6e-4};
+inline constexpr double kChordTolerances[] = {1e-5, 4e-5, 1.6e-4, 6.4e-4, 2.5e-3};
 
 }  // namespace trimray::trace
