@@ -192,4 +192,15 @@ Bvh build_bvh(std::span<const Box3> boxes) {
   return bvh;
 }
 
+std::vector<std::int32_t> renumber_primitives(Bvh& bvh) {
+  std::vector<std::int32_t> old;
+  for (BvhNode& node : bvh.nodes)
+    for (int i = 0; i < node.count; ++i) {
+      if (node.child[i] >= 0) continue;
+      old.push_back(~node.child[i]);
+      node.child[i] = ~static_cast<std::int32_t>(old.size() - 1);
+    }
+  return old;
+}
+
 }  // namespace trimray::trace

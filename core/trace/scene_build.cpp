@@ -119,8 +119,13 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
     box.add(b);
   }
   bvh = build_bvh(boxes);
-  hulls.reserve(primitives.size());
-  for (std::size_t i = 0; i < primitives.size(); ++i) hulls.push_back(hull_of(i, boxes[i]));
+  const std::vector<std::int32_t> order = renumber_primitives(bvh);
+  std::vector<ScenePrimitive> ordered;
+  ordered.reserve(order.size());
+  for (const std::int32_t index : order) ordered.push_back(primitives[index]);
+  primitives = std::move(ordered);
+  hulls.reserve(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) hulls.push_back(hull_of(i, boxes[order[i]]));
   if (finite(sieves[0].box())) box.add(sieves[0].box());
 }
 

@@ -95,7 +95,8 @@ EdgeSieve::EdgeSieve(const nurbs::NurbsStore& store, std::int32_t prototype, dou
   for (Box3& box : boxes) box.dilate(2.0 * kCapsuleSlack * radius);
   if (!boxes.empty()) box_.dilate(2.0 * kCapsuleSlack * radius);
   bvh_ = build_bvh(boxes);
-  for (const Segment& s : segments) {
+  for (const std::int32_t index : renumber_primitives(bvh_)) {
+    const Segment& s = segments[index];
     Capsule c;
     for (int axis = 0; axis < 3; ++axis) {
       c.a[axis] = static_cast<float>(s.a[axis] - bvh_.center[axis]);
