@@ -19,6 +19,7 @@ void bind_trace(nb::module_& m);
 void bind_seeds(nb::module_& m);
 void bind_view(nb::module_& m);
 void bind_measure(nb::module_& m);
+void bind_bench(nb::module_& m);
 void bind_mesh_file(nb::module_& m);
 void bind_mesh_check(nb::module_& m);
 void bind_mesh_measure(nb::module_& m);

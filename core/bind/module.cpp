@@ -15,6 +15,7 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_seeds(m);
   trimray::bind::bind_trace(m);
   trimray::bind::bind_measure(m);
+  trimray::bind::bind_bench(m);
   trimray::bind::bind_tess(m);
   trimray::bind::bind_mesh_levels(m);
   trimray::bind::bind_raster(m);

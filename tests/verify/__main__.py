@@ -1,4 +1,4 @@
-"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|sheet`. Prints tables."""
+"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|sheet`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import trimray
+from tests.bench.hybrid_scenes import SCENES
 
-from . import closed_forms, contact_sheet, mesh, opencascade, parity, reference
+from . import closed_forms, contact_sheet, hybrid, mesh, opencascade, parity, reference
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -114,6 +115,32 @@ def run_mesh(args: argparse.Namespace) -> int:
     return wrong
 
 
+def run_hybrid(args: argparse.Namespace) -> int:
+    files = [s.file for s in SCENES if args.only in s.name and s.file.is_file()] or _models(args)
+    print(f"hybrid against standard, seeds of {', '.join(hybrid.backends()) or 'no backend'}")
+    planes = "".join(f" {name:>8}" for name in hybrid.PLANES)
+    print(f"{'model':44} {'pictures':>8} {'pixels':>10} {'covered':>10}{planes} {'s':>6}")
+    wrong = 0
+    for file in files:
+        start = time.perf_counter()
+        try:
+            r = hybrid.check(trimray.load(file), args.rays, args.views)
+        except trimray.Error as error:
+            print(f"{file.name:44} {error}")
+            continue
+        wrong += sum(r.differ.values())
+        counts = "".join(f" {r.differ[name]:8}" for name in hybrid.PLANES)
+        print(
+            f"{file.name:44} {r.pictures:8} {r.pixels:10} {r.covered:10}{counts} "
+            f"{time.perf_counter() - start:6.1f}",
+            flush=True,
+        )
+        if r.first:
+            print("   ", r.first, dict(r.by_seeds), flush=True)
+    print(f"{wrong} pixels differ")
+    return wrong
+
+
 def run_sheet(args: argparse.Namespace) -> int:
     out = Path(args.output)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -129,6 +156,7 @@ COMMANDS = {
     "parity": (run_parity, 2, "even counts on closed solids"),
     "opencascade": (run_opencascade, 40, "against OpenCascade's ray caster"),
     "mesh": (run_mesh, 20000, "closed, manifold and as near as proven, beside BRepMesh"),
+    "hybrid": (run_hybrid, 160, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
     "sheet": (run_sheet, 0, "a contact sheet of all models"),
 }
 
@@ -144,6 +172,7 @@ def main() -> int:
         p.add_argument("--show", type=int, default=3, help="unexplained rays to print per model")
         p.add_argument("--deviations", type=float, nargs="+", default=(1e-2, 1e-3), help="of the diagonal")
         p.add_argument("--time-limit", type=float, default=300.0, help="seconds for BRepMesh's child")
+        p.add_argument("--views", type=int, default=26, help="of the hybrid tracer's 26")
         p.add_argument("--output", default="out/sheet.png")
     args = parser.parse_args()
     return 1 if COMMANDS[args.command][0](args) else 0
