@@ -7,6 +7,16 @@ namespace trimray::hybrid {
 
 struct HybridView::Impl : ViewContext {};
 
+namespace {
+bool fits(const raster::SeedBuffers& seeds, const view::Camera& camera) {
+  const std::size_t pixels =
+      static_cast<std::size_t>(camera.width_px) * static_cast<std::size_t>(camera.height_px);
+  return seeds.width_px == camera.width_px && seeds.height_px == camera.height_px &&
+         seeds.id.size() == pixels &&
+         (seeds.process == raster::SeedProcess::kId || seeds.uv.size() == 2 * pixels);
+}
+}  // namespace
+
 HybridView::HybridView(const trace::Scene& scene, const view::Camera& camera,
                        const raster::SeedBuffers* seeds)
     : impl_(std::make_unique<Impl>()) {
@@ -14,6 +24,8 @@ HybridView::HybridView(const trace::Scene& scene, const view::Camera& camera,
   v.scene = &scene.impl();
   v.camera = camera;
   v.world = CameraFrame(camera, {});
+  if (seeds != nullptr && !fits(*seeds, camera))
+    throw ArgumentError("seeds are of another size than the picture");
   v.seeds = seeds;
   const trace::Bvh& bvh = v.scene->bvh;
   v.reference = bvh.nodes.empty() ? 0.0 : v.world.point(bvh.center).z;
@@ -31,6 +43,7 @@ void HybridView::trace(const trace::Tile& tile, trace::TileHits& out, HybridStat
   thread_local TileState state;
   HybridStats unused;
   TileTracer tracer(*impl_, tile, state, stats ? *stats : unused);
+  tracer.seeds();
   tracer.leaves();
   tracer.edges();
   tracer.finish(out);

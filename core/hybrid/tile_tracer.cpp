@@ -12,12 +12,8 @@ namespace trimray::hybrid {
 using trace::Hit;
 using trace::HitPlace;
 using trace::Ray;
-using trace::ScenePrimitive;
 
 namespace {
-
-alignas(64) constexpr double kZeros[trace::kLanes] = {};
-alignas(64) constexpr double kInfinities[trace::kLanes] = {kInf, kInf, kInf, kInf, kInf, kInf, kInf, kInf};
 
 // Not below, for comparisons of depths.
 float depth_above(double depth) { return static_cast<float>(depth + 1e-6 * std::abs(depth)); }
@@ -80,6 +76,8 @@ void TileTracer::leaf_batch(const InstanceView& view, const TileFrame& frame,
 }
 
 void TileTracer::leaf(const InstanceView& view, std::int32_t primitive, const Footprints& footprints, int i) {
+  const ScenePrimitive& about = view.prototype->primitives[primitive];
+  const std::int32_t closed_face = about.kind == trace::PrimitiveKind::kClosedForm ? about.face : -2;
   std::int32_t slots[trace::kPacketSize];
   std::size_t count = 0;
   bool met = false;
@@ -91,7 +89,12 @@ void TileTracer::leaf(const InstanceView& view, std::int32_t primitive, const Fo
       continue;
     for (int y = footprints.y0[i]; y < footprints.y1[i]; ++y)
       for (std::uint64_t rest = rows[y]; rest != 0; rest &= rest - 1) {
-        slots[count++] = static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + std::countr_zero(rest);
+        const std::int32_t slot =
+            static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + std::countr_zero(rest);
+        const KnownRoot& known = state_.known[slot];
+        if (known.instance == view.index && (known.primitive == primitive || known.face == closed_face))
+          continue;
+        slots[count++] = slot;
         if (count < trace::kPacketSize) continue;
         solve(view, primitive, {slots, count});
         count = 0, met = true;
@@ -144,13 +147,14 @@ void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_
 void TileTracer::solve(const InstanceView& view, std::int32_t primitive,
                        std::span<const std::int32_t> slots) {
   const ScenePrimitive& p = view.prototype->primitives[primitive];
-  stats_.solves += slots.size();
   switch (p.kind) {
     case trace::PrimitiveKind::kClosedForm:
+      stats_.solves += slots.size();
       return closed_leaf(view, p, slots);
     case trace::PrimitiveKind::kPatch:
       return patch_leaf(view, p, slots);
     case trace::PrimitiveKind::kTriangles:
+      stats_.solves += slots.size();
       return triangle_block(view, p, slots);
   }
 }
@@ -197,6 +201,20 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
   }
 }
 
+std::uint32_t TileTracer::ruled_out(const InstanceView& view, std::int32_t leaf, std::int32_t patch,
+                                    std::span<const std::int32_t> slots, const trace::RayLanes& lanes) const {
+  alignas(64) double u[trace::kLanes] = {}, v[trace::kLanes] = {};
+  std::uint32_t known_lanes = 0;
+  for (std::uint32_t rest = lanes.active; rest != 0; rest &= rest - 1) {
+    const int k = std::countr_zero(rest);
+    const KnownRoot& known = state_.known[slots[k]];
+    if (known.instance != view.index || known.patch != patch) continue;
+    u[k] = known.u, v[k] = known.v;
+    known_lanes |= 1u << k;
+  }
+  return known_lanes == 0 ? 0 : known_lanes & view.prototype->patches.rules_out(leaf, lanes, u, v);
+}
+
 void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
                             std::span<const std::int32_t> slots) {
   const trace::PatchSet& patches = view.prototype->patches;
@@ -221,14 +239,19 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     LaneScales scales;
     rays(view, slots.subspan(begin), lanes, scales);
     const double* const scale = scales.scale;
+    lanes.active &= ~ruled_out(view, p.leaf, leaf.patch, slots.subspan(begin), lanes);
+    if (lanes.active == 0) continue;
     trace::RootLanes roots;
     patches.solve(p.leaf, lanes, roots);
+    stats_.solves += std::popcount(lanes.active), stats_.newton_roots += std::popcount(lanes.active);
     stats_.newton_steps += roots.steps;
     const std::uint32_t one = roots.one & lanes.active, open = lanes.active & ~(roots.one | roots.none);
     stats_.open += std::popcount(open);
     for (std::uint32_t rest = one; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
       const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
+      state_.known[slots[begin + k]] = {view.index, kNoFace,          -1,
+                                        leaf.patch, roots.param_u[k], roots.param_v[k]};
       root(slots[begin + k], roots.t[k], scale[k], {roots.u[k], roots.v[k]}, reversed ? -n : n);
     }
     for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {

@@ -124,6 +124,10 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
   ordered.reserve(order.size());
   for (const std::int32_t index : order) ordered.push_back(primitives[index]);
   primitives = std::move(ordered);
+  leaf_primitive.assign(leaves.size(), -1);
+  for (std::size_t i = 0; i < primitives.size(); ++i)
+    if (primitives[i].kind == PrimitiveKind::kPatch)
+      leaf_primitive[primitives[i].leaf] = static_cast<std::int32_t>(i);
   hulls.reserve(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) hulls.push_back(hull_of(i, boxes[order[i]]));
   if (finite(sieves[0].box())) box.add(sieves[0].box());

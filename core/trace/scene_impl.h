@@ -46,10 +46,12 @@ struct PrototypeScene {
   std::vector<std::int32_t> leaf_order,
       leaf_begin;                 // patch leaves by face: leaf_order[leaf_begin[f] .. leaf_begin[f + 1])
   std::vector<EdgeSieve> sieves;  // as kChordTolerances; packets ask the finest
+  std::vector<std::int32_t> leaf_primitive;  // by patch leaf; -1: outside the trim loops
   EdgeRule rule;
   Box3 box;  // of everything a ray can meet
   double diagonal = 0.0;
 
+  std::int32_t face_count() const { return static_cast<std::int32_t>(forms.size()); }
   const ClosedForm& form(std::int32_t face) const { return forms[face - first_face]; }
   // The face's own side of uv; uv already wrapped.
   bool inside(std::int32_t face, dvec2 uv) const {
