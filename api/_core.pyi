@@ -247,6 +247,39 @@ class Progress:
     def cancelled(self) -> bool: ...
     def cancel(self) -> None: ...
 
+class SecondaryOptions:
+    """Rays that go on from what a picture shows."""
+
+    def __init__(self) -> None: ...
+    @property
+    def shadows(self) -> bool: ...
+    @shadows.setter
+    def shadows(self, arg: bool, /) -> None: ...
+    @property
+    def ambient_occlusion(self) -> int:
+        """Rays a sample."""
+
+    @ambient_occlusion.setter
+    def ambient_occlusion(self, arg: int, /) -> None: ...
+    @property
+    def occlusion_distance(self) -> float:
+        """mm."""
+
+    @occlusion_distance.setter
+    def occlusion_distance(self, arg: float, /) -> None: ...
+    @property
+    def reflections(self) -> int:
+        """Bounces."""
+
+    @reflections.setter
+    def reflections(self, arg: int, /) -> None: ...
+    @property
+    def diagonal(self) -> float:
+        """mm, of the model's bounds."""
+
+    @diagonal.setter
+    def diagonal(self, arg: float, /) -> None: ...
+
 class Scene:
     """A store made ready for rays."""
 
@@ -308,6 +341,7 @@ class Scene:
         threads: int,
         progress: Progress,
         seeds: Seeds | None = None,
+        secondary: SecondaryOptions = ...,
     ) -> dict[str, Any]:
         """
         mode: hybrid, standard or reference; seeds: of the same camera, for hybrid. Planes of a picture by name, each (height, width[, channels]).

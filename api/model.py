@@ -292,6 +292,10 @@ class Model:
         seed_process: str = "uv",
         aovs: Sequence[str] | str = ("color",),
         orientation: bool = False,
+        shadows: bool = False,
+        ambient_occlusion: int = 0,
+        occlusion_distance: float = 0.1,
+        reflections: int = 0,
         threads: int = 0,
         time_limit: float | None = None,
         progress: Progress | None = None,
@@ -316,6 +320,10 @@ class Model:
         aovs: any of "color", "depth", "position", "normal", "uv", "face", "instance", "time",
             "seed_id", "seed_uv"; see Frame.
         orientation: tint faces that turn their inner side to the eye.
+        shadows: of the two lamps that stand beside the camera. ambient_occlusion: rays per sample, 16 for
+            instance, that darken corners into which little light comes, by what they meet within
+            occlusion_distance (a fraction of the bounds' diagonal). reflections: bounces, as of polished
+            parts. All follow the exact surfaces.
         threads: 0 for all cores; the bytes are the same for any number.
         time_limit: seconds. progress: called with "hierarchy" or "trace" and a fraction or None.
         Raises EmptyError when no face can be drawn, TimeLimitError, UsageError.
@@ -324,7 +332,20 @@ class Model:
             camera = view._core
         else:
             camera = self._camera(parse_size(size), view, projection, up)
-        look = Look.of(aovs, samples, background, mode, orientation, threads, seeds, seed_process)
+        look = Look.of(
+            aovs,
+            samples,
+            background,
+            mode,
+            orientation,
+            threads,
+            seeds,
+            seed_process,
+            shadows,
+            ambient_occlusion,
+            occlusion_distance,
+            reflections,
+        )
         return draw(self, camera, look, time_limit, progress)
 
     def _camera(self, size: tuple[int, int], view: View, projection: str, up: str) -> _core.Camera:

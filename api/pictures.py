@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,9 +13,21 @@ import numpy.typing as npt
 
 from . import _core
 from .frame import Frame
+from .importer.errors import UsageError
 from .run import run_watched
 from .seeds import SEED_AOVS, SEED_PROCESSES, SEEDS, choose_seeds
-from .views import MODES, Background, Rgba, choose, parse_aovs, parse_background, parse_samples
+from .views import (
+    MAX_OCCLUSION_RAYS,
+    MAX_REFLECTIONS,
+    MODES,
+    Background,
+    Rgba,
+    choose,
+    parse_aovs,
+    parse_background,
+    parse_count,
+    parse_samples,
+)
 
 if TYPE_CHECKING:
     from .model import Model
@@ -34,6 +47,10 @@ class Look:
     threads: int
     seeds: str
     seed_process: str
+    shadows: bool
+    ambient_occlusion: int
+    occlusion_distance: float
+    reflections: int
 
     @classmethod
     def of(
@@ -46,6 +63,10 @@ class Look:
         threads: int,
         seeds: str,
         seed_process: str,
+        shadows: bool,
+        ambient_occlusion: int,
+        occlusion_distance: float,
+        reflections: int,
     ) -> Look:
         """Raises UsageError."""
         names, tracer = parse_aovs(aovs), choose("mode", mode, MODES)
@@ -58,7 +79,27 @@ class Look:
             int(threads),
             choose_seeds(choose("seeds", seeds, SEEDS), tracer, names),
             choose("seed_process", seed_process, SEED_PROCESSES),
+            bool(shadows),
+            parse_count("ambient_occlusion", ambient_occlusion, MAX_OCCLUSION_RAYS),
+            _parse_distance(occlusion_distance),
+            parse_count("reflections", reflections, MAX_REFLECTIONS),
         )
+
+    def secondary(self, model: Model) -> _core.SecondaryOptions:
+        options = _core.SecondaryOptions()
+        if self.shadows or self.ambient_occlusion or self.reflections:
+            lower, upper = model.bounds
+            options.diagonal = float(np.linalg.norm(upper - lower))
+            options.occlusion_distance = self.occlusion_distance * options.diagonal
+        options.shadows, options.reflections = self.shadows, self.reflections
+        options.ambient_occlusion = self.ambient_occlusion
+        return options
+
+
+def _parse_distance(fraction: float) -> float:
+    if not 0.0 < fraction < math.inf:
+        raise UsageError(f"occlusion_distance: {fraction!r} is not a number above 0")
+    return float(fraction)
 
 
 def draw(
@@ -99,6 +140,7 @@ def trace(
         look.threads,
         tiles,
         seeds,
+        look.secondary(model),
     )
     model._seconds["trace"] = time.perf_counter() - start
     if seeds is not None:

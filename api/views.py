@@ -31,6 +31,8 @@ AOVS = ("color", "depth", "position", "normal", "uv", "face", "instance")
 MAKING_AOVS = ("seed_id", "seed_uv", "time")
 MAX_SIZE_PX = 32768
 MAX_SAMPLES = 1024
+MAX_OCCLUSION_RAYS = 1024
+MAX_REFLECTIONS = 16
 
 # The sixteen of HTML 4, orange, and the two spellings of grey.
 COLORS = {
@@ -109,6 +111,17 @@ def parse_samples(samples: int | str) -> int:
     if not 1 <= count <= MAX_SAMPLES:
         raise UsageError(f"samples: '{samples}' is not a whole number from 1 to {MAX_SAMPLES}")
     return count
+
+
+def parse_count(what: str, count: int | str, most: int) -> int:
+    """A whole number from 0 to most. Raises UsageError."""
+    try:
+        number = int(count)
+    except (TypeError, ValueError):
+        number = -1
+    if not 0 <= number <= most or (isinstance(count, float) and count != number):
+        raise UsageError(f"{what}: '{count}' is not a whole number from 0 to {most}")
+    return number
 
 
 def parse_aovs(aovs: object) -> tuple[str, ...]:

@@ -46,6 +46,18 @@ def _samples(text: str) -> object:
     return parse_samples(text)
 
 
+def _occlusion(text: str) -> object:
+    from trimray.views import MAX_OCCLUSION_RAYS, parse_count
+
+    return parse_count("ambient_occlusion", text, MAX_OCCLUSION_RAYS)
+
+
+def _reflections(text: str) -> object:
+    from trimray.views import MAX_REFLECTIONS, parse_count
+
+    return parse_count("reflections", text, MAX_REFLECTIONS)
+
+
 def _background(text: str) -> object:
     from trimray.views import parse_background
 
@@ -237,6 +249,29 @@ OPTIONS: tuple[Option, ...] = (
         "Tint faces that turn their inner side to the eye.",
         default=False,
         flag=True,
+    ),
+    Option(
+        "shadows",
+        ("--shadows/--no-shadows",),
+        "Shadows of the two lamps that stand beside the camera.",
+        default=False,
+        flag=True,
+    ),
+    Option(
+        "ambient_occlusion",
+        ("--ambient-occlusion",),
+        "Rays per sample, such as 16, that darken corners into which little light comes; 0 for none.",
+        "N",
+        "0",
+        parse=_occlusion,
+    ),
+    Option(
+        "reflections",
+        ("--reflections",),
+        "Reflections, as of polished parts: number of bounces; 0 for none.",
+        "N",
+        "0",
+        parse=_reflections,
     ),
     Option(
         "mode",

@@ -135,13 +135,14 @@ nb::typed<nb::dict, nb::str, nb::any> render(const trace::Scene& scene, const vi
                                              const std::vector<std::string>& aovs, int samples,
                                              const In2<float, 4>& background, bool orientation,
                                              const std::string& mode, int threads, trace::Progress& progress,
-                                             const Seeds* seeds) {
+                                             const Seeds* seeds, const trace::SecondaryOptions& secondary) {
   trace::RenderOptions options;
   options.camera = camera;
   options.planes = planes_of(aovs);
   options.samples = samples;
   options.orientation = orientation;
   options.threads = threads;
+  options.secondary = secondary;
   if (background.shape(0) != 2) throw ArgumentError("background must be two colours, (2, 4)");
   for (int c = 0; c < 4; ++c)
     options.background.top[c] = background(0, c), options.background.bottom[c] = background(1, c);
@@ -174,6 +175,13 @@ void bind_trace(nb::module_& m) {
       .def_prop_ro("total", [](const trace::Progress& p) { return p.total.load(); })
       .def_prop_ro("cancelled", [](const trace::Progress& p) { return p.cancelled.load(); })
       .def("cancel", [](trace::Progress& p) { p.cancelled = true; });
+  nb::class_<trace::SecondaryOptions>(m, "SecondaryOptions", "Rays that go on from what a picture shows.")
+      .def(nb::init<>())
+      .def_rw("shadows", &trace::SecondaryOptions::shadows)
+      .def_rw("ambient_occlusion", &trace::SecondaryOptions::ambient_occlusion, "Rays a sample.")
+      .def_rw("occlusion_distance", &trace::SecondaryOptions::occlusion_distance, "mm.")
+      .def_rw("reflections", &trace::SecondaryOptions::reflections, "Bounces.")
+      .def_rw("diagonal", &trace::SecondaryOptions::diagonal, "mm, of the model's bounds.");
   nb::class_<trace::Scene>(m, "Scene", "A store made ready for rays.")
       .def(
           "__init__",
@@ -192,7 +200,7 @@ void bind_trace(nb::module_& m) {
            nb::arg("reference") = false, nb::arg("threads") = 0, "Crossings per ray, (n,) int32.")
       .def("render", &render, nb::arg("camera"), nb::arg("aovs"), nb::arg("samples"), nb::arg("background"),
            nb::arg("orientation"), nb::arg("mode"), nb::arg("threads"), nb::arg("progress"),
-           nb::arg("seeds").none() = nb::none(),
+           nb::arg("seeds").none() = nb::none(), nb::arg("secondary") = trace::SecondaryOptions{},
            "mode: hybrid, standard or reference; seeds: of the same camera, for hybrid. Planes of a picture "
            "by name, each (height, width[, channels]).");
 }

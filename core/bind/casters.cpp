@@ -44,10 +44,9 @@ void trace_tile(const hybrid::HybridView& view, const Tile& tile, TileHits& out)
 
 trace::Caster make_caster(const std::string& mode, const trace::Scene& scene, const view::Camera& camera,
                           const raster::SeedBuffers* seeds) {
-  if (mode == "standard") return trace::standard_caster(scene, camera);
-  trace::Caster caster;
+  trace::Caster caster = trace::standard_caster(scene, camera);
+  if (mode == "standard") return caster;
   if (mode == "hybrid") {
-    caster = trace::standard_caster(scene, camera);
     const auto view = std::make_shared<hybrid::HybridView>(scene, camera, seeds);
     caster.tile = [view](const Tile& tile, TileHits& hits) { trace_tile(*view, tile, hits); };
   } else if (mode == "reference") {

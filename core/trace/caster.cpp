@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 
+#include "core/trace/scene_impl.h"
+
 namespace trimray::trace {
 namespace {
 
@@ -94,6 +96,7 @@ Caster standard_caster(const Scene& scene, const view::Camera& camera) {
   caster.nearest = [&scene](std::span<const Ray> rays, std::span<Hit> hits) { scene.cast(rays, hits, 1); };
   caster.tile = tiles_of(camera, caster.nearest);
   caster.all = [&scene](const Ray& ray, std::vector<Hit>& hits) { scene.cast_all(ray, hits); };
+  caster.edge_band = scene.impl().edge_reach * kGrazing;
   return caster;
 }
 

@@ -18,6 +18,7 @@ struct Caster {
   std::function<void(const Tile&, TileHits&)> tile;                        // rays of the picture's camera
   std::function<void(const Ray&, std::vector<Hit>&)> all;                  // sorted by t
   std::function<void(std::span<const Ray>, std::span<Hit>)> nearest = {};  // rays of any kind
+  double edge_band = 0.0;  // mm: how far around an edge a hit may be taken for either of its faces
 };
 
 // The rays of `camera`, tile by tile, out of `nearest`: they are given to it in packets

@@ -12,12 +12,8 @@ namespace trimray::trace {
 
 namespace {
 
-constexpr std::size_t kMostRays = 1 << 14;                  // of a tile, so that its hits stay near the core
-constexpr int kTimedTile = 8;                               // px: a packet of the standard tracer
-constexpr float kNeutral[4] = {0.79f, 0.81f, 0.84f, 1.0f};  // light steel
-
-constexpr double kOpaque = 1.0 - 1.0 / 512.0;  // what an 8-bit picture cannot tell from opaque
-
+constexpr std::size_t kMostRays = 1 << 14;  // of a tile, so that its hits stay near the core
+constexpr int kTimedTile = 8;               // px: a packet of the standard tracer
 // Linear, premultiplied.
 struct Light {
   dvec3 rgb{0.0};
@@ -38,35 +34,29 @@ double processor_seconds() {
 class Renderer {
  public:
   Renderer(const nurbs::NurbsStore& store, const Caster& caster, const RenderOptions& options)
-      : store_(store),
-        caster_(caster),
+      : caster_(caster),
         options_(options),
         lighting_(options.camera.right, options.camera.up, options.camera.forward),
         pattern_(view::sample_pattern(options.samples)),
+        colors_(store),
+        secondary_(caster, colors_, lighting_, options.background, options.orientation, options.samples,
+                   options.secondary),
         side_(std::max(options.tile, 1)),
         frame_(options.camera.width_px, options.camera.height_px, options.planes) {
     const auto rays = [&] { return static_cast<std::size_t>(side_) * side_ * pattern_.size(); };
     if (options.planes.time) side_ = std::min(side_, kTimedTile);
     while (side_ > 1 && rays() > kMostRays) side_ = (side_ + 1) / 2;
-    face_colors_.resize(store.faces.size());
-    for (std::size_t i = 0; i < store.faces.size(); ++i) {
-      if (store.faces[i].has_color()) face_colors_[i] = view::linear_color(store.faces[i].color);
-    }
-    instance_colors_.resize(store.instances.size());
-    for (std::size_t i = 0; i < store.instances.size(); ++i) {
-      float srgb[4];
-      face_color(store, kNoFace, static_cast<std::int32_t>(i), srgb);
-      instance_colors_[i] = view::linear_color(srgb);
-    }
   }
 
   // What a thread keeps from tile to tile.
   struct Scratch {
     TileHits hits;
     std::vector<Hit> layers;
-    int back_y0 = -1;               // the row of tiles that `back` and `untouched` are of
-    std::vector<view::Color> back;  // of all samples of a row of pixels, then of the next
-    std::vector<float> untouched;   // 4 a row: pixels that no ray met anything in
+    std::vector<Sample> samples;       // of the hits, where there are secondary rays
+    std::vector<Surroundings> around;  // of them
+    int back_y0 = -1;                  // the row of tiles that `back` and `untouched` are of
+    std::vector<view::Color> back;     // of all samples of a row of pixels, then of the next
+    std::vector<float> untouched;      // 4 a row: pixels that no ray met anything in
   };
 
   int side() const { return side_; }
@@ -77,6 +67,7 @@ class Renderer {
     if (options_.planes.color) {
       look_behind(tile, scratch);
       cast(tile, scratch.hits);
+      if (options_.secondary.any()) look_around(tile, scratch);
       color(tile, scratch);
     }
     const bool geometric = options_.planes.geometric() || (options_.planes.time && !options_.planes.color);
@@ -119,6 +110,17 @@ class Renderer {
     }
   }
 
+  void look_around(const Tile& tile, Scratch& scratch) const {
+    scratch.samples.clear();
+    const auto places = static_cast<std::int32_t>(tile.places.size());
+    for (std::size_t i = 0; i < scratch.hits.ray.size(); ++i) {
+      const std::int32_t pixel = scratch.hits.ray[i] / places, number = scratch.hits.ray[i] % places;
+      const int x = tile.x0 + pixel % tile.width(), y = tile.y0 + pixel / tile.width();
+      scratch.samples.push_back({x, y, number, ray(x, y, pattern_[number]), scratch.hits.hit[i]});
+    }
+    secondary_.light(scratch.samples, scratch.around);
+  }
+
   void color(const Tile& tile, Scratch& scratch) {
     for (int y = tile.y0; y < tile.y1; ++y) {
       const float* untouched = &scratch.untouched[4 * static_cast<std::size_t>(y - tile.y0)];
@@ -136,7 +138,8 @@ class Renderer {
       Light light;
       for (std::int32_t s = 0; s < samples; ++s) {
         if (i < hits.ray.size() && hits.ray[i] == pixel * samples + s) {
-          add(seen(ray(x, y, pattern_[s]), hits.hit[i], back[s], scratch.layers), light);
+          const Surroundings* around = scratch.around.empty() ? nullptr : &scratch.around[i];
+          add(seen(ray(x, y, pattern_[s]), hits.hit[i], back[s], around, scratch.layers), light);
           ++i;
         } else {
           add(seen(back[s]), light);
@@ -163,22 +166,22 @@ class Renderer {
 
   static void add(const Light& sample, Light& sum) { sum.rgb += sample.rgb, sum.alpha += sample.alpha; }
 
-  const view::Color& color_of(const Hit& hit) const {
-    return store_.faces[hit.face].has_color() ? face_colors_[hit.face] : instance_colors_[hit.instance];
-  }
-
   // One sample: the face, whatever shines through it, and the background.
-  Light seen(const Ray& ray, const Hit& hit, const view::Color& back, std::vector<Hit>& layers) const {
+  // around: what comes to it beyond the lamps' own light, or null.
+  Light seen(const Ray& ray, const Hit& hit, const view::Color& back, const Surroundings* around,
+             std::vector<Hit>& layers) const {
     Light light;
-    const view::Color& color = color_of(hit);
-    light.behind(view::shade(lighting_, hit.normal, ray.dir, color.rgb, options_.orientation),
-                 opacity(color));
+    const view::Color& color = colors_.of(hit);
+    const view::Visibility visibility = around ? around->visibility : view::Visibility{};
+    const dvec3 shaded =
+        view::shade(lighting_, hit.normal, ray.dir, color.rgb, options_.orientation, visibility);
+    light.behind(around ? around->over(shaded) : shaded, opacity(color));
     if (light.alpha < kOpaque) {
       layers.clear();
       caster_.all(ray, layers);
       for (const Hit& layer : layers) {
         if (!(layer.t > hit.t) || light.alpha >= kOpaque) continue;
-        const view::Color& c = color_of(layer);
+        const view::Color& c = colors_.of(layer);
         light.behind(view::shade(lighting_, layer.normal, ray.dir, c.rgb, options_.orientation), opacity(c));
       }
     }
@@ -192,8 +195,6 @@ class Renderer {
     light.behind(back.rgb, back.alpha);
     return light;
   }
-
-  static double opacity(const view::Color& color) { return color.alpha >= kOpaque ? 1.0 : color.alpha; }
 
   // The mean of a pixel's samples, given their sum.
   void encode(const Light& sum, float out[4]) const {
@@ -220,14 +221,14 @@ class Renderer {
 
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * frame_.width_px + x; }
 
-  const nurbs::NurbsStore& store_;
   const Caster& caster_;
   const RenderOptions& options_;
   view::Lighting lighting_;
   std::vector<dvec2> pattern_;
+  FaceColors colors_;
+  Secondary secondary_;
   int side_ = 1;
   view::Frame frame_;
-  std::vector<view::Color> face_colors_, instance_colors_;
 };
 
 }  // namespace
@@ -250,21 +251,6 @@ view::Frame render(const nurbs::NurbsStore& store, const Caster& caster, const R
     }
   });
   return renderer.take();
-}
-
-void face_color(const nurbs::NurbsStore& store, std::int32_t face, std::int32_t instance, float srgb[4]) {
-  const float* color = kNeutral;
-  if (face != kNoFace && store.faces[face].has_color()) {
-    color = store.faces[face].color;
-  } else if (instance >= 0) {
-    const nurbs::Instance& placed = store.instances[instance];
-    const nurbs::Prototype& prototype = store.prototypes[placed.prototype];
-    if (placed.color[0] >= 0.0f)
-      color = placed.color;
-    else if (prototype.color[0] >= 0.0f)
-      color = prototype.color;
-  }
-  std::copy_n(color, 4, srgb);
 }
 
 }  // namespace trimray::trace

@@ -5,6 +5,7 @@
 
 #include "core/nurbs/store.h"
 #include "core/trace/caster.h"
+#include "core/trace/secondary.h"
 #include "core/view/camera.h"
 #include "core/view/frame.h"
 #include "core/view/shade.h"
@@ -19,7 +20,8 @@ struct RenderOptions {
   bool orientation = false;  // tint faces that turn their inner side to the eye
   int tile = 32;             // px along the sides of what is traced at once, >= 1; fewer for many samples
                              // and for the plane of times
-  int threads = 0;           // 0: all cores
+  SecondaryOptions secondary;
+  int threads = 0;  // 0: all cores
 };
 
 // Shared with the thread that waits: tiles done of total, and its wish to stop.
@@ -32,9 +34,5 @@ struct Progress {
 // with the rest of the frame left at its background values.
 view::Frame render(const nurbs::NurbsStore& store, const Caster& caster, const RenderOptions& options,
                    Progress* progress = nullptr);
-
-// Colour of a face in an instance: the face's, else the instance's, else the prototype's, else the neutral
-// colour of a part that the file leaves uncoloured. sRGB-encoded, straight alpha.
-void face_color(const nurbs::NurbsStore& store, std::int32_t face, std::int32_t instance, float srgb[4]);
 
 }  // namespace trimray::trace

@@ -99,16 +99,17 @@ double shininess(double cosine) {
 }  // namespace
 
 dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base,
-            bool orientation) {
+            bool orientation, const Visibility& visibility) {
   const bool inner = glm::dot(normal, dir) > 0.0;
   const dvec3 n = inner ? -normal : normal;
   const double facing = std::clamp(-glm::dot(n, dir), 0.0, 1.0);
   double light = kHeadlight * facing;
-  light += kKey * soft(glm::dot(n, lighting.key), 0.5);
-  light += kFill * soft(glm::dot(n, lighting.fill), 0.5);
+  light += kKey * soft(glm::dot(n, lighting.key), 0.5) * visibility.key;
+  light += kFill * soft(glm::dot(n, lighting.fill), 0.5) * visibility.fill;
   light += kSurroundings * (0.65 + 0.35 * glm::dot(n, lighting.up));
+  light *= visibility.ambient;
   const dvec3 halfway = glm::normalize(lighting.key - dir);
-  const double gloss = kSpecular * shininess(std::max(0.0, glm::dot(n, halfway)));
+  const double gloss = kSpecular * shininess(std::max(0.0, glm::dot(n, halfway))) * visibility.key;
   const dvec3 albedo = inner && orientation ? glm::mix(base, kInnerTint, 0.85) : base;
   return glm::clamp(albedo * light + dvec3(gloss), dvec3(0.0), dvec3(1.0));
 }

@@ -30,10 +30,16 @@ struct Lighting {
   Lighting(const dvec3& right, const dvec3& up_axis, const dvec3& forward);
 };
 
+// What part of each light comes to a surface point, 0 to 1; the headlight stands at the eye and comes to all.
+struct Visibility {
+  double key = 1.0, fill = 1.0;
+  double ambient = 1.0;  // of everything, shine excepted: what narrow corners take
+};
+
 // Light that a surface point sends along -dir, linear, clamped to [0, 1]. normal: outward, unit; dir: the
 // ray's direction, unit. orientation: tint faces that turn their inner side to the eye.
 dvec3 shade(const Lighting& lighting, const dvec3& normal, const dvec3& dir, const dvec3& base,
-            bool orientation);
+            bool orientation, const Visibility& visibility = {});
 
 // What is seen where no face is: one colour from the top of the picture to another at its bottom, blended in
 // sRGB (which the eye finds even); alpha 0 in both is a transparent picture. sRGB-encoded, straight alpha.
