@@ -365,6 +365,18 @@ def edge_points(store: Store, per_edge: int = 2) -> NDArray[numpy.float64]:
     (n, 3) float64, mm, world: every vertex, and per_edge points of every edge, of every instance; of mesh faces, a corner and a point on a side of every triangle.
     """
 
+def paper_scene(store: Store, packet: int = 4, threads: int = 0) -> Scene:
+    """
+    A scene as the paper has it: many small boxes, rays in packets of so many (1 to 64). The same hits.
+    """
+
+def measure_picture(
+    scene: Scene, camera: Camera, mode: str, seeds: Seeds | None = None, tile: int = 32, threads: int = 0
+) -> dict[str, Any]:
+    """
+    Time of the nearest hits of one ray a pixel, in seconds and in processor seconds of all threads, and counters. mode: hybrid or standard. solves: calls of an intersector, a ray and a surface or box each.
+    """
+
 def tessellate(
     store: Store, prototype: int, deviation: float, angle: float, threads: int = 0
 ) -> tuple[

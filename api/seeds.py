@@ -18,7 +18,7 @@ SEED_PROCESSES = ("uv", "id")
 SEED_AOVS = ("seed_id", "seed_uv")
 
 # How far the mesh that is drawn may be off, px: it must show the right surface almost everywhere, no more.
-_DEVIATION_PX = 1.5
+SEED_DEVIATION_PX = 1.5
 # What part of a picture a model is taken to cover, to choose a pass by.
 _COVERED = 0.3
 
@@ -49,10 +49,10 @@ class Seeder:
         levels = model._levels.of(model._core, math.inf)
         try:
             if seeds == "auto":
-                triangles, _, _ = levels.triangles(camera, _DEVIATION_PX, threads)
+                triangles, _, _ = levels.triangles(camera, SEED_DEVIATION_PX, threads)
                 seeds = _core.choose_raster(_COVERED * camera.width_px * camera.height_px, triangles)
             rasterizer = self._rasterizer(seeds)
-            return rasterizer.seeds(levels, model._core, camera, _DEVIATION_PX, process, threads)
+            return rasterizer.seeds(levels, model._core, camera, SEED_DEVIATION_PX, process, threads)
         except _core.CoreError as error:
             text = f"no raster pass ({seeds or 'auto'}): {' '.join(str(error).split())}"
             if needed:

@@ -142,6 +142,12 @@ def _info(**values: Any) -> int:
     return run(**values)
 
 
+def _bench(**values: Any) -> int:
+    from .bench import run
+
+    return run(**values)
+
+
 _command(
     "render",
     _render,
@@ -160,6 +166,14 @@ _command(
     "info",
     _info,
     "Say what is in each IN: faces by kind, parts, unit, bounds, colours, what cannot be drawn.",
+)
+
+
+_command(
+    "bench",
+    _bench,
+    "Say what each IN costs to draw: surfaces, triangles, boxes, intersections and frames per second of the "
+    "standard and the hybrid tracer.",
 )
 
 

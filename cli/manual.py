@@ -24,6 +24,7 @@ _COMMANDS = (
     ("render IN... -o OUT", "Draw IN to OUT. Faces that cannot be drawn are named on stderr."),
     ("mesh IN... -o OUT", "Write a watertight mesh of IN to OUT, within --deviation of the exact surfaces."),
     ("info IN... [--json]", "Say what is in each IN."),
+    ("bench IN... [--json]", "Say what each IN costs to draw, by tracer."),
     ("doctor", "Check that everything trimray needs is there and works."),
     ("completion bash|zsh|fish", "Print a completion script."),
     ("--version", "Print versions."),

@@ -120,6 +120,12 @@ def _mm(text: str) -> object:
     return _number(text, {"mm": 1.0}, "a positive length in mm")
 
 
+def _repeat(text: str) -> object:
+    if not text.strip().isdigit() or int(text) < 1:
+        raise _usage(f"'{text}' is not a number of pictures")
+    return int(text)
+
+
 def _jobs(text: str) -> object:
     if not text.strip().isdigit():
         raise _usage(f"'{text}' is not a number of threads")
@@ -143,8 +149,9 @@ def _degrees(text: str) -> object:
     return _number(text, {"deg": 1.0, "°": 1.0}, "a positive angle in degrees")
 
 
-_ALL = ("render", "mesh", "info")
+_ALL = ("render", "mesh", "info", "bench")
 _WRITING = ("render", "mesh")
+_VIEWING = ("render", "mesh", "bench")
 
 OPTIONS: tuple[Option, ...] = (
     Option(
@@ -163,7 +170,7 @@ OPTIONS: tuple[Option, ...] = (
         "W,H",
         "512,512",
         parse=_size,
-        commands=_WRITING,
+        commands=_VIEWING,
     ),
     Option(
         "view",
@@ -172,7 +179,7 @@ OPTIONS: tuple[Option, ...] = (
         "NAME|AZ,EL",
         "iso",
         parse=_view,
-        commands=_WRITING,
+        commands=_VIEWING,
     ),
     Option(
         "up",
@@ -181,7 +188,7 @@ OPTIONS: tuple[Option, ...] = (
         "AXIS",
         "z",
         parse=_up,
-        commands=_WRITING,
+        commands=_VIEWING,
     ),
     Option(
         "projection",
@@ -189,7 +196,7 @@ OPTIONS: tuple[Option, ...] = (
         "Parallel or central projection.",
         default="orthographic",
         choices=("orthographic", "perspective"),
-        commands=_WRITING,
+        commands=_VIEWING,
     ),
     Option("samples", ("--samples",), "Rays per pixel.", "N", "4", parse=_samples),
     Option(
@@ -286,6 +293,7 @@ OPTIONS: tuple[Option, ...] = (
         "What draws a coarse mesh first, to tell the hybrid tracer where to look; the picture is the same.",
         default="auto",
         choices=("auto", "none", "osmesa", "egl", "embree"),
+        commands=("render", "bench"),
     ),
     Option(
         "seed_process",
@@ -293,6 +301,16 @@ OPTIONS: tuple[Option, ...] = (
         "Seeds interpolate uv, or are the mean of a triangle's corners.",
         default="uv",
         choices=("uv", "id"),
+    ),
+    Option(
+        "repeat",
+        ("--repeat",),
+        "Pictures a figure; it is their median.",
+        "N",
+        "5",
+        parse=_repeat,
+        config=False,
+        commands=("bench",),
     ),
     Option(
         "heal",
@@ -360,7 +378,9 @@ OPTIONS: tuple[Option, ...] = (
         config=False,
         commands=_WRITING,
     ),
-    Option("json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info",)),
+    Option(
+        "json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info", "bench")
+    ),
     Option(
         "progress",
         ("--progress",),

@@ -158,7 +158,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--zooms", type=float, nargs="+", default=[1.0, 10.0], help="at the first size")
     parser.add_argument("--repeat", type=int, default=5, help="turns")
     parser.add_argument("--skip", default="egl", help="contenders to leave out, as a,b")
-    parser.add_argument("--seed-px", type=float, default=0.3, help="deviation of the mesh that seeds")
+    parser.add_argument("--seed-px", type=float, default=1.5, help="deviation of the mesh that seeds")
     parser.add_argument("--tile", type=int, default=32, help="px")
     parser.add_argument("--json", type=Path, help="writes all figures of all contenders")
     args = parser.parse_args(arguments)

@@ -2,7 +2,7 @@
 // with the same outputs: t, face, instance, uv and normal of the nearest hit.
 //
 //   hybrid_bench STORE [--size 512] [--view x,y,z] [--camera 16 numbers] [--repeat 7] [--threads 0]
-//                [--tile 32] [--seed-px 0.3] [--mesh-px 0.1] [--skip NAME,NAME]
+//                [--tile 32] [--seed-px 1.5] [--mesh-px 0.1] [--skip NAME,NAME]
 //
 // Contenders: standard, our own best (tuned boxes, packets of 64 rays), through the same tiles as the hybrid
 // one; cast, the same on rays that are ready; paper4 and paper1, the paper's way (many small boxes, packets
@@ -38,7 +38,7 @@ using trace::TileHits;
 struct Args {
   const char* file = nullptr;
   int size = 512, repeat = 7, threads = 0, tile = 32;
-  double seed_px = 0.3, mesh_px = 0.1;
+  double seed_px = 1.5, mesh_px = 0.1;
   dvec3 from{1, -1, 1};
   std::vector<double> camera;
   std::set<std::string> skip;
