@@ -59,6 +59,8 @@ HWY_INLINE Lanes mul_add(Lanes a, Lanes b, Lanes c) { return hn::MulAdd(a.v, b.v
 HWY_INLINE Lanes neg_mul_add(Lanes a, Lanes b, Lanes c) { return hn::NegMulAdd(a.v, b.v, c.v); }  // c - a b
 HWY_INLINE Lanes abs(Lanes a) { return hn::Abs(a.v); }
 HWY_INLINE Lanes sqrt(Lanes a) { return hn::Sqrt(a.v); }
+HWY_INLINE Lanes min_of(Lanes a, Lanes b) { return hn::Min(a.v, b.v); }  // of numbers
+HWY_INLINE Lanes max_of(Lanes a, Lanes b) { return hn::Max(a.v, b.v); }
 // Comparisons with NaN are false.
 HWY_INLINE Mask operator<(Lanes a, Lanes b) { return {hn::Lt(a.v, b.v)}; }
 HWY_INLINE Mask operator<=(Lanes a, Lanes b) { return {hn::Le(a.v, b.v)}; }
@@ -101,6 +103,8 @@ inline Lanes mul_add(Lanes a, Lanes b, Lanes c) { return std::fma(a.v, b.v, c.v)
 inline Lanes neg_mul_add(Lanes a, Lanes b, Lanes c) { return std::fma(-a.v, b.v, c.v); }
 inline Lanes abs(Lanes a) { return std::fabs(a.v); }
 inline Lanes sqrt(Lanes a) { return std::sqrt(a.v); }
+inline Lanes min_of(Lanes a, Lanes b) { return a.v < b.v ? a.v : b.v; }
+inline Lanes max_of(Lanes a, Lanes b) { return a.v > b.v ? a.v : b.v; }
 inline Mask operator<(Lanes a, Lanes b) { return {a.v < b.v}; }
 inline Mask operator<=(Lanes a, Lanes b) { return {a.v <= b.v}; }
 inline Mask operator>(Lanes a, Lanes b) { return {a.v > b.v}; }

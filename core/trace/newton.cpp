@@ -12,7 +12,6 @@
 
 #include "core/base/simd.h"
 #include "core/trace/newton-inl.h"
-#include "core/trace/patch_hull-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace trimray::HWY_NAMESPACE {
@@ -20,8 +19,8 @@ namespace trimray::HWY_NAMESPACE {
 using trace::RootLanes;
 
 template <typename Form>
-HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* net, const LeafBound& leaf,
-                           const RayLanes& rays, RootLanes& out) {
+HWY_INLINE void solve_form(const Form& form, const Patch& patch, const LeafBound& leaf, const RayLanes& rays,
+                           RootLanes& out) {
   const Vec3 center = broadcast(leaf.center), a = broadcast(leaf.a), b = broadcast(leaf.b),
              k = broadcast(leaf.k);
   const Lanes half_u(leaf.half_u), half_v(leaf.half_v), mid_u(leaf.mid_u), mid_v(leaf.mid_v);
@@ -62,9 +61,6 @@ HWY_INLINE void solve_form(const Form& form, const Patch& patch, const dvec4* ne
       store(r.normal.x, out.normal_x + first), store(r.normal.y, out.normal_y + first);
       store(r.normal.z, out.normal_z + first);
     }
-    const std::uint32_t open = wanted & ~(one_bits | none_bits);
-    if (open != 0 && patch.power && patch.offset == 0.0)
-      none_bits |= bits(misses_leaf(patch, net, leaf, ray.o, ray.d, mask_from_bits(open)));
     out.one |= one_bits << first;
     out.none |= none_bits << first;
   }
@@ -87,13 +83,12 @@ HWY_INLINE bool polish_form(const Form& form, const Patch& patch, const RayLanes
 
 struct SolveWork {
   const Patch& patch;
-  const dvec4* net;
   const LeafBound& leaf;
   const RayLanes& rays;
   RootLanes& out;
   template <typename Form>
   HWY_INLINE void operator()(const Form& form) {
-    solve_form(form, patch, net, leaf, rays, out);
+    solve_form(form, patch, leaf, rays, out);
   }
 };
 
@@ -110,9 +105,9 @@ struct PolishWork {
   }
 };
 
-void solve_entry(const Patch& patch, const dvec4* net, const double* coef, const LeafBound& leaf,
-                 const RayLanes& rays, RootLanes& out) {
-  SolveWork work{patch, net, leaf, rays, out};
+void solve_entry(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
+                 RootLanes& out) {
+  SolveWork work{patch, leaf, rays, out};
   with_form(patch, coef, work);
 }
 
@@ -134,10 +129,10 @@ HWY_EXPORT(polish_entry);
 
 namespace trace {
 
-void solve_leaf(const Patch& patch, const dvec4* net, const double* coef, const LeafBound& leaf,
-                const RayLanes& rays, RootLanes& out) {
+void solve_leaf(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
+                RootLanes& out) {
   out.one = out.none = out.steps = 0;
-  HWY_DYNAMIC_DISPATCH(solve_entry)(patch, net, coef, leaf, rays, out);
+  HWY_DYNAMIC_DISPATCH(solve_entry)(patch, coef, leaf, rays, out);
   for (std::uint32_t m = out.one; m != 0; m &= m - 1) {
     const int i = std::countr_zero(m);
     out.u[i] = patch.u.to_face(out.param_u[i]);

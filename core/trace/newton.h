@@ -23,8 +23,8 @@ inline constexpr double kRootGrid = 1.0 / (1 << 28);
 inline constexpr double kLeafSlack = 1e-12;
 
 // PatchSet::solve on one leaf. For offset patches misses only: their leaves' bounds claim no uniqueness.
-void solve_leaf(const Patch& patch, const dvec4* net, const double* coef, const LeafBound& leaf,
-                const RayLanes& rays, RootLanes& out);
+void solve_leaf(const Patch& patch, const double* coef, const LeafBound& leaf, const RayLanes& rays,
+                RootLanes& out);
 
 // One polished root in patch parameters. The same code as in solve_leaf, on one lane: the same bits.
 struct PatchRoot {

@@ -7,21 +7,93 @@
 #define TRIMRAY_CORE_TRACE_OPEN_NET_INL_H_
 #endif
 
-#include "core/trace/patch_hull-inl.h"
+#include "core/trace/newton-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace trimray::HWY_NAMESPACE {
 
-HWY_INLINE Lanes smaller_of(Lanes a, Lanes b) { return select(a < b, a, b); }
-HWY_INLINE Lanes larger_of(Lanes a, Lanes b) { return select(a > b, a, b); }
+// Homogeneous control points, [i][j], in two directions across each lane's line: a root is where both vanish.
+struct NetView {
+  Lanes *x, *y;
+};
+
+HWY_INLINE Lanes mix(Lanes a, Lanes b, Lanes t) { return mul_add(t, b - a, a); }
+
+// restrict_line of patch_net.h in lanes; a < b, both within [-1/2, 3/2].
+HWY_INLINE void restrict_lanes(Lanes* c, int n, int stride, double a, double b) {
+  const auto keep_left = [&](double t) HWY_ATTR {
+    for (int r = 1; r <= n; ++r)
+      for (int i = n; i >= r; --i) c[i * stride] = mix(c[(i - 1) * stride], c[i * stride], Lanes(t));
+  };
+  const auto keep_right = [&](double t) HWY_ATTR {
+    for (int r = 1; r <= n; ++r)
+      for (int i = 0; i + r <= n; ++i) c[i * stride] = mix(c[i * stride], c[(i + 1) * stride], Lanes(t));
+  };
+  if (b >= 1.0 - a)
+    keep_left(b), keep_right(a / b);
+  else
+    keep_right(a), keep_left((b - a) / (1.0 - a));
+}
+
+// The net over [u0, u1] x [v0, v1].
+HWY_INLINE void restrict_leaf(const NetView& net, int du, int dv, double u0, double u1, double v0,
+                              double v1) {
+  for (int i = 0; i <= du; ++i) {
+    restrict_lanes(net.x + i * (dv + 1), dv, 1, v0, v1);
+    restrict_lanes(net.y + i * (dv + 1), dv, 1, v0, v1);
+  }
+  for (int j = 0; j <= dv; ++j) {
+    restrict_lanes(net.x + j, du, dv + 1, u0, u1);
+    restrict_lanes(net.y + j, du, dv + 1, u0, u1);
+  }
+}
+
+// Halves of one row or column: in stays the lower half, upper gets the other.
+HWY_INLINE void halve_line(Lanes* c, Lanes* upper, int n, int stride) {
+  const Lanes half(0.5);
+  upper[n * stride] = c[n * stride];
+  for (int r = 1; r <= n; ++r) {
+    for (int i = n; i >= r; --i) c[i * stride] = (c[(i - 1) * stride] + c[i * stride]) * half;
+    upper[(n - r) * stride] = c[n * stride];
+  }
+}
+
+HWY_INLINE void halve_net(const NetView& net, const NetView& upper, int du, int dv, bool in_u) {
+  const int lines = in_u ? dv : du, n = in_u ? du : dv, stride = in_u ? dv + 1 : 1, step = in_u ? 1 : dv + 1;
+  for (int k = 0; k <= lines; ++k) {
+    halve_line(net.x + k * step, upper.x + k * step, n, stride);
+    halve_line(net.y + k * step, upper.y + k * step, n, stride);
+  }
+}
+
+// Lanes whose net lies strictly on one side of a line through the origin. The points' outermost directions as
+// seen from the origin give that side; it is then checked on every point, so that rounding cannot lie.
+HWY_NOINLINE inline Mask beside_origin(const NetView& net, int count, Lanes noise) {
+  Lanes lx = net.x[0], ly = net.y[0], rx = lx, ry = ly;
+  for (int k = 1; k < count; ++k) {
+    const Lanes x = net.x[k], y = net.y[k];
+    const Mask left = Lanes(0.0) < neg_mul_add(ly, x, lx * y),
+               right = neg_mul_add(ry, x, rx * y) < Lanes(0.0);
+    lx = select(left, x, lx), ly = select(left, y, ly);
+    rx = select(and_not(left, right), x, rx), ry = select(and_not(left, right), y, ry);
+  }
+  const Lanes one(1.0);
+  const Lanes il = one / sqrt(mul_add(lx, lx, ly * ly)), ir = one / sqrt(mul_add(rx, rx, ry * ry));
+  const Lanes mx = mul_add(lx, il, rx * ir), my = mul_add(ly, il, ry * ir);
+  Lanes low = mul_add(mx, net.x[0], my * net.y[0]);
+  for (int k = 1; k < count; ++k) low = min_of(mul_add(mx, net.x[k], my * net.y[k]), low);
+  // Points are finite where the ray and the patch are; the axis need not be.
+  return noise * (abs(mx) + abs(my)) < low;
+}
+
 HWY_INLINE Lanes cross_2(Lanes ax, Lanes ay, Lanes bx, Lanes by) { return neg_mul_add(ay, bx, ax * by); }
 
 // Lanes whose points all have one sign in one coordinate: the common way to miss.
 HWY_NOINLINE inline Mask beside_axes(const NetView& net, int count, Lanes noise) {
   Lanes x0 = net.x[0], x1 = x0, y0 = net.y[0], y1 = y0;
   for (int k = 1; k < count; ++k) {
-    x0 = smaller_of(x0, net.x[k]), x1 = larger_of(x1, net.x[k]);
-    y0 = smaller_of(y0, net.y[k]), y1 = larger_of(y1, net.y[k]);
+    x0 = min_of(x0, net.x[k]), x1 = max_of(x1, net.x[k]);
+    y0 = min_of(y0, net.y[k]), y1 = max_of(y1, net.y[k]);
   }
   const Lanes low = Lanes(0.0) - noise;
   return (x0 > noise) | (x1 < low) | (y0 > noise) | (y1 < low);
@@ -50,16 +122,16 @@ HWY_NOINLINE inline Prospect prospect(const NetView& net, int du, int dv, Lanes 
   for (int k = 0; k + row < count; ++k) {
     const Lanes px = x[k + row] - x[k], py = y[k + row] - y[k];
     const Lanes c = cross_2(px, py, bx, by);
-    low_u = smaller_of(low_u, c), high_u = larger_of(high_u, c);
-    ux = larger_of(ux, abs(px - ax)), uy = larger_of(uy, abs(py - ay));
+    low_u = min_of(low_u, c), high_u = max_of(high_u, c);
+    ux = max_of(ux, abs(px - ax)), uy = max_of(uy, abs(py - ay));
   }
   Lanes sum_x(0.0), sum_y(0.0);
   for (int i = 0, k = 0; i <= du; ++i, ++k) {
     for (int j = 0; j < dv; ++j, ++k) {
       const Lanes px = x[k + 1] - x[k], py = y[k + 1] - y[k];
       const Lanes c = cross_2(ax, ay, px, py);
-      low_v = smaller_of(low_v, c), high_v = larger_of(high_v, c);
-      vx = larger_of(vx, abs(px - bx)), vy = larger_of(vy, abs(py - by));
+      low_v = min_of(low_v, c), high_v = max_of(high_v, c);
+      vx = max_of(vx, abs(px - bx)), vy = max_of(vy, abs(py - by));
       sum_x = sum_x + x[k], sum_y = sum_y + y[k];
     }
     sum_x = sum_x + x[k], sum_y = sum_y + y[k];

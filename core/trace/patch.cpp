@@ -61,7 +61,7 @@ std::span<const PatchLeaf> PatchSet::leaves() const { return impl_->leaves; }
 
 OrientedBox PatchSet::oriented_box(std::int32_t leaf) const {
   const LeafBound& bound = impl_->bounds[leaf];
-  const auto vec = [](const double (&v)[3]) { return dvec3(v[0], v[1], v[2]); };
+  const auto vec = [](const double(&v)[3]) { return dvec3(v[0], v[1], v[2]); };
   return {impl_->patches[impl_->leaves[leaf].patch].origin + vec(bound.center),
           {vec(bound.a), vec(bound.b), vec(bound.k)}};
 }
@@ -77,8 +77,7 @@ std::int64_t PatchSet::refused() const { return impl_->refused; }
 
 void PatchSet::solve(std::int32_t leaf, const RayLanes& rays, RootLanes& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
-  solve_leaf(patch, impl_->net.data() + patch.net, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays,
-             out);
+  solve_leaf(patch, impl_->coef.data() + patch.coef, impl_->bounds[leaf], rays, out);
   out.patch = impl_->leaves[leaf].patch;
 }
 
@@ -127,7 +126,7 @@ bool PatchSet::all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& o
   return !stats.exhausted;
 }
 
-void PatchSet::open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<LaneRoot>& out) const {
+int PatchSet::open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<LaneRoot>& out) const {
   const Patch& patch = impl_->patches[impl_->leaves[leaf].patch];
   const auto dir = [&](int i) { return dvec3(rays.dir_x[i], rays.dir_y[i], rays.dir_z[i]); };
   if (patch.offset != 0.0) {
@@ -138,12 +137,14 @@ void PatchSet::open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<L
       all_roots(leaf, {dvec3(rays.org_x[i], rays.org_y[i], rays.org_z[i]), dir(i)}, found);
       for (const Root& root : found) out.push_back({i, root});
     }
-    return;
+    return std::popcount(rays.active);
   }
   thread_local std::vector<LanePatchRoot> roots;
   roots.clear();
-  given_up += open_lane_roots(patch, *impl_, impl_->bounds[leaf], rays, roots).exhausted;
+  const OpenStats stats = open_lane_roots(patch, *impl_, impl_->bounds[leaf], rays, roots);
+  given_up += stats.exhausted;
   for (const LanePatchRoot& r : roots) out.push_back({r.lane, make_root(patch, r.root, dir(r.lane))});
+  return stats.searched;
 }
 
 }  // namespace trimray::trace

@@ -26,7 +26,7 @@ struct PatchLeaf {
   std::int32_t sub = -1;    // internal to PatchSet
 };
 
-// What solve() is certain of, a bit a lane. Lanes of `active` in neither mask are not decided: all_roots().
+// What solve() is certain of, a bit a lane. Lanes of `active` in neither mask are not decided: open_roots().
 struct RootLanes {
   alignas(64) double t[kLanes], u[kLanes], v[kLanes];  // valid where one; u, v are uv_face
   alignas(64) double normal_x[kLanes], normal_y[kLanes],
@@ -130,16 +130,16 @@ class PatchSet {
   std::uint32_t rules_out(std::int32_t leaf, const RayLanes& rays, const double* param_u,
                           const double* param_v) const;
 
-  // Scalar, certain, for the lanes that solve() leaves open: appends every root of the line on the leaf
-  // (Bezier clipping on the distance net, Nishita 1990, with subdivision; offsets by interval subdivision),
-  // each polished. Two roots closer than rounding can tell (a tangent ray) are dropped together. Sets t,
-  // uv_face, normal (outward), face and sign; leaves inside false. False, and roots may be missing, where the
-  // search was given up: only for a line that lies in the surface.
+  // Scalar, certain: appends every root of the line on the leaf (Bezier clipping on the distance net, Nishita
+  // 1990, with subdivision; offsets by interval subdivision), each polished. Two roots closer than rounding
+  // can tell (a tangent ray) are dropped together. Sets t, uv_face, normal (outward), face and sign; leaves
+  // inside false. False, and roots may be missing, where the search was given up: only for a line that lies
+  // in the surface.
   bool all_roots(std::int32_t leaf, const Ray& ray, std::vector<Root>& out) const;
 
   // SIMD: appends what all_roots() finds on the lines of the active lanes, a lane's roots in no particular
-  // order: those that solve() leaves open.
-  void open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<LaneRoot>& out) const;
+  // order. For the lanes that solve() leaves open. Returns how many scalar searches that took.
+  int open_roots(std::int32_t leaf, const RayLanes& rays, std::vector<LaneRoot>& out) const;
 
  private:
   struct Impl;
