@@ -27,35 +27,75 @@ std::shared_ptr<const EmbreeDevice> device() {
   return *made;
 }
 
-// Where the rays of a picture start and go, in the scene's coordinates: not at the eye but close before the
-// model, where floats are fine.
-struct Rays {
-  const view::Camera& camera;
-  dvec3 origin;  // orthographic: on the plane where rays start; perspective: the eye
-  double start = 0.0;
-
-  Rays(const view::Camera& c, const EmbreeScene& scene) : camera(c), origin(c.eye - scene.center()) {
+// The rays of a picture's 4 x 4 blocks, in the scene's coordinates. They do not start at the eye but close
+// before the model, where floats are fine.
+class Rays {
+ public:
+  Rays(const view::Camera& camera, const EmbreeScene& scene)
+      : camera_(camera), origin_(camera.eye - scene.center()) {
     const Box3& b = scene.bounds();
     double near = kInf;
-    for (int k = 0; k < 8; ++k)
-      near = std::min(near, glm::dot(dvec3((k & 1 ? b.lower : b.upper).x, (k & 2 ? b.lower : b.upper).y,
-                                           (k & 4 ? b.lower : b.upper).z) -
-                                         c.eye,
-                                     c.forward));
-    start = std::max(0.0, near - 1e-3 * b.diagonal());
+    Box2 seen;
+    for (int k = 0; k < 8; ++k) {
+      const dvec3 p =
+          dvec3((k & 1 ? b.lower : b.upper).x, (k & 2 ? b.lower : b.upper).y, (k & 4 ? b.lower : b.upper).z) -
+          camera.eye;
+      const double z = glm::dot(p, camera.forward), scale = camera.pixel * (camera.perspective ? z : 1.0);
+      near = std::min(near, z);
+      seen.add({0.5 * camera.width_px + glm::dot(p, camera.right) / scale,
+                0.5 * camera.height_px - glm::dot(p, camera.up) / scale});
+    }
+    start_ = std::max(0.0, near - 1e-3 * b.diagonal());
+    if (near > 0.0 || !camera.perspective) {
+      seen.dilate(1.0);
+      x0_ = seen.lower.x, x1_ = seen.upper.x, y0_ = seen.lower.y, y1_ = seen.upper.y;
+    }
+    for (int k = 0; k < 16; ++k) {
+      const dvec3 aside = at(k % 4, k / 4) - at(0, 0);
+      for (int a = 0; a < 3; ++a) lanes_[a][k] = static_cast<float>(aside[a]);
+    }
+    for (int k = 0; k < 16; ++k) lane_start_[k] = static_cast<float>(start_);
   }
 
-  void set(embree::RayHit16& r, int lane, int px, int py) const {
-    const double x = (px + 0.5 - 0.5 * camera.width_px) * camera.pixel;
-    const double y = (0.5 * camera.height_px - (py + 0.5)) * camera.pixel;
-    const dvec3 aside = x * camera.right + y * camera.up;
-    const dvec3 dir = camera.perspective ? camera.forward + aside : camera.forward;
-    const dvec3 org = origin + start * dir + (camera.perspective ? dvec3(0.0) : aside);
-    r.org_x[lane] = static_cast<float>(org.x), r.org_y[lane] = static_cast<float>(org.y),
-    r.org_z[lane] = static_cast<float>(org.z);
-    r.dir_x[lane] = static_cast<float>(dir.x), r.dir_y[lane] = static_cast<float>(dir.y),
-    r.dir_z[lane] = static_cast<float>(dir.z);
+  // Whether the block at (px, py) may see something.
+  bool sees(int px, int py) const { return px + 4 > x0_ && px < x1_ && py + 4 > y0_ && py < y1_; }
+
+  void set(embree::RayHit16& r, int px, int py) const {
+    const dvec3 aside = at(px, py);
+    if (camera_.perspective) {
+      // dir = forward + aside, org = eye + start * dir
+      const dvec3 dir = camera_.forward + aside, org = origin_ + start_ * dir;
+      fill(r.dir_x, dir.x, lanes_[0]), fill(r.dir_y, dir.y, lanes_[1]), fill(r.dir_z, dir.z, lanes_[2]);
+      scaled(r.org_x, org.x, lanes_[0]), scaled(r.org_y, org.y, lanes_[1]), scaled(r.org_z, org.z, lanes_[2]);
+    } else {
+      const dvec3 dir = camera_.forward, org = origin_ + start_ * dir + aside;
+      fill(r.org_x, org.x, lanes_[0]), fill(r.org_y, org.y, lanes_[1]), fill(r.org_z, org.z, lanes_[2]);
+      std::fill_n(r.dir_x, 16, static_cast<float>(dir.x)),
+          std::fill_n(r.dir_y, 16, static_cast<float>(dir.y));
+      std::fill_n(r.dir_z, 16, static_cast<float>(dir.z));
+    }
   }
+
+ private:
+  // Of a pixel's centre from the picture's: mm, or tangents.
+  dvec3 at(int px, int py) const {
+    return (px + 0.5 - 0.5 * camera_.width_px) * camera_.pixel * camera_.right +
+           (0.5 * camera_.height_px - (py + 0.5)) * camera_.pixel * camera_.up;
+  }
+  static void fill(float* to, double first, const float* lanes) {
+    const auto f = static_cast<float>(first);
+    for (int k = 0; k < 16; ++k) to[k] = f + lanes[k];
+  }
+  void scaled(float* to, double first, const float* lanes) const {
+    const auto f = static_cast<float>(first);
+    for (int k = 0; k < 16; ++k) to[k] = f + lane_start_[k] * lanes[k];
+  }
+
+  const view::Camera& camera_;
+  dvec3 origin_;
+  double start_ = 0.0;
+  double x0_ = -kInf, x1_ = kInf, y0_ = -kInf, y1_ = kInf;  // px: of what can be seen
+  float lanes_[3][16], lane_start_[16];                     // from the block's first pixel
 };
 
 class EmbreeRasterizer final : public Rasterizer {
@@ -120,19 +160,19 @@ SeedBuffers EmbreeRasterizer::draw(const tess::ViewMeshes& meshes, const nurbs::
   parallel_ranges(rows, 4, threads, [&](std::size_t begin, std::size_t end) {
     embree::RayHit16 r;
     embree::Context context;
+    std::fill_n(r.tnear, 16, 0.0f), std::fill_n(r.time, 16, 0.0f), std::fill_n(r.mask, 16, ~0u);
+    std::fill_n(r.id, 16, 0u), std::fill_n(r.flags, 16, 0u);
     for (std::size_t row = begin; row < end; ++row)
       for (int x0 = 0; x0 < width; x0 += 4) {
         alignas(64) int valid[16];
         const int y0 = static_cast<int>(4 * row);
-        for (int k = 0; k < 16; ++k) {
-          const int x = x0 + k % 4, y = y0 + k / 4;
-          valid[k] = x < width && y < height ? -1 : 0;
-          rays.set(r, k, x, y);
-          r.tnear[k] = 0.0f, r.tfar[k] = std::numeric_limits<float>::infinity(), r.time[k] = 0.0f;
-          r.mask[k] = ~0u, r.id[k] = 0, r.flags[k] = 0;
-          r.geometry[k] = embree::kNothing, r.instance[k] = embree::kNothing;
+        for (int k = 0; k < 16; ++k) valid[k] = x0 + k % 4 < width && y0 + k / 4 < height ? -1 : 0;
+        std::fill_n(r.geometry, 16, embree::kNothing), std::fill_n(r.instance, 16, embree::kNothing);
+        if (rays.sees(x0, y0)) {
+          rays.set(r, x0, y0);
+          std::fill_n(r.tfar, 16, std::numeric_limits<float>::infinity());
+          embree.intersect16(valid, scene->scene(), &context, &r);
         }
-        embree.intersect16(valid, scene->scene(), &context, &r);
         for (int k = 0; k < 16; ++k)
           if (valid[k]) hit(r, k, static_cast<std::size_t>(y0 + k / 4) * width + x0 + k % 4);
       }

@@ -141,11 +141,12 @@ void GlPass::check(const char* what) {
   throw Error(std::string("OpenGL cannot ") + what + ": error " + number);
 }
 
-void GlPass::draw(std::span<const VisibleTriangles> triangles, const Window& window, SeedProcess process,
-                  int picture_width, std::uint32_t* id, float* uv) {
+void GlPass::draw(std::span<const VisibleTriangles> triangles, const Window& window, int band,
+                  SeedProcess process, int picture_width, std::uint32_t* id, float* uv) {
   const bool with_uv = process == SeedProcess::kUv;
-  make_targets(window.width, window.height);
-  gl_.Viewport(0, 0, window.width, window.height);
+  const int rows = window.rows(band);
+  make_targets(window.width, window.band_height);
+  gl_.Viewport(0, -band * window.band_height, window.width, window.height);
   const gl::Enum targets[] = {gl::kColorAttachment0, gl::kColorAttachment0 + 1};
   gl_.DrawBuffers(with_uv ? 2 : 1, targets);
   constexpr gl::Uint kNothing[4] = {};
@@ -154,22 +155,24 @@ void GlPass::draw(std::span<const VisibleTriangles> triangles, const Window& win
   gl_.ClearBufferfv(gl::kDepth, 0, kFar);  // uv is left as it is: it means nothing where id is 0
   gl_.UseProgram(program_[static_cast<int>(process)]);
   for (const VisibleTriangles& t : triangles) {
-    if (t.indices.empty()) continue;
+    const std::vector<std::uint32_t>& indices = t.indices[static_cast<std::size_t>(band)];
+    if (indices.empty()) continue;
     const auto bytes = [](const auto& v) { return static_cast<gl::Intptr>(v.size() * sizeof v[0]); };
     gl_.BufferData(gl::kArrayBuffer, bytes(t.vertices), t.vertices.data(), gl::kStreamDraw);
-    gl_.BufferData(gl::kElementArrayBuffer, bytes(t.indices), t.indices.data(), gl::kStreamDraw);
-    gl_.DrawElements(gl::kTriangles, static_cast<gl::Sizei>(t.indices.size()), gl::kUnsignedInt, nullptr);
+    gl_.BufferData(gl::kElementArrayBuffer, bytes(indices), indices.data(), gl::kStreamDraw);
+    gl_.DrawElements(gl::kTriangles, static_cast<gl::Sizei>(indices.size()), gl::kUnsignedInt, nullptr);
     gl_.Flush();  // bins of a few thousand triangles stay in cache
   }
 
   // The formats are those of the targets: no conversion.
-  const std::size_t first = static_cast<std::size_t>(window.y0) * picture_width + window.x0;
+  const std::size_t first =
+      static_cast<std::size_t>(window.y0 + band * window.band_height) * picture_width + window.x0;
   gl_.PixelStorei(gl::kPackRowLength, picture_width);
   gl_.ReadBuffer(targets[0]);
-  gl_.ReadPixels(0, 0, window.width, window.height, gl::kRedInteger, gl::kUnsignedInt, id + first);
+  gl_.ReadPixels(0, 0, window.width, rows, gl::kRedInteger, gl::kUnsignedInt, id + first);
   if (with_uv) {
     gl_.ReadBuffer(targets[1]);
-    gl_.ReadPixels(0, 0, window.width, window.height, gl::kRg, gl::kFloat, uv + 2 * first);
+    gl_.ReadPixels(0, 0, window.width, rows, gl::kRg, gl::kFloat, uv + 2 * first);
   }
   check("draw");
 }

@@ -23,9 +23,9 @@ class GlPass {
   int largest_px() const { return largest_px_; }
   const std::string& version() const { return version_; }
 
-  // Draws the triangles, in their order, and reads the window back. id, uv: of the whole picture, row by row,
-  // picture_width pixels a row. Throws Error where OpenGL fails, out of memory included.
-  void draw(std::span<const VisibleTriangles> triangles, const Window& window, SeedProcess process,
+  // Draws a band's triangles, in their order, and reads the band back. id, uv: of the whole picture, row by
+  // row, picture_width pixels a row. Throws Error where OpenGL fails, out of memory included.
+  void draw(std::span<const VisibleTriangles> triangles, const Window& window, int band, SeedProcess process,
             int picture_width, std::uint32_t* id, float* uv);
 
  private:

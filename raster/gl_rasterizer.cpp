@@ -94,7 +94,8 @@ struct Piece {
 
 class GlRasterizer final : public Rasterizer {
  public:
-  explicit GlRasterizer(Backend backend) : backend_(backend), pool_(pool_of(backend)) {}
+  GlRasterizer(Backend backend, int largest_px)
+      : backend_(backend), pool_(pool_of(backend)), largest_px_(largest_px) {}
   Backend backend() const override { return backend_; }
 
   SeedBuffers draw(const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store, const view::Camera& camera,
@@ -104,6 +105,7 @@ class GlRasterizer final : public Rasterizer {
  private:
   Backend backend_;
   GlPool& pool_;
+  int largest_px_;
   DrawMeshes meshes_[2];  // by SeedProcess
   std::shared_ptr<PictureMemory> memory_ = std::make_shared<PictureMemory>();
 };
@@ -118,6 +120,13 @@ std::vector<std::vector<Piece>> batches_of(std::span<const std::shared_ptr<const
       triangles += drawn[i]->blocks[b].triangles.size();
     }
   return batches;
+}
+
+// Bands of rows, each with a context of its own: OpenGL's share of the work is serial. More of them cost a
+// few hundredths of the pass. Never by the number of threads, so that the bytes do not depend on it.
+int bands_of(std::size_t triangles, int height) {
+  const int bands = triangles < 8'000 ? 1 : triangles < 30'000 ? 2 : 4;
+  return std::max(1, std::min(bands, height / 64));
 }
 
 SeedBuffers GlRasterizer::draw(const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store,
@@ -138,12 +147,12 @@ SeedBuffers GlRasterizer::draw(const tess::ViewMeshes& meshes, const nurbs::Nurb
   const DepthRange range = depth_range(meshes, drawn, store, camera);
   const auto batches = batches_of(drawn);
   std::vector<VisibleTriangles> visible(range.far > 0.0 ? batches.size() : 0);
-  Lease pass(pool_);
-  const int side = std::min(pass->largest_px(), kMaxPicturePx);
+  const int bands = bands_of(meshes.triangles, camera.height_px);
+  const int side = std::min(largest_px_, kMaxPicturePx);
   for (int y0 = 0; y0 < camera.height_px; y0 += side)
     for (int x0 = 0; x0 < camera.width_px; x0 += side) {
-      const Window window{x0, y0, std::min(side, camera.width_px - x0),
-                          std::min(side, camera.height_px - y0)};
+      Window window{x0, y0, std::min(side, camera.width_px - x0), std::min(side, camera.height_px - y0)};
+      window.band_height = (window.height + bands - 1) / bands;
       std::vector<Projection> projections;
       if (!visible.empty())
         for (const tess::InstanceMesh& i : meshes.instances)
@@ -151,15 +160,23 @@ SeedBuffers GlRasterizer::draw(const tess::ViewMeshes& meshes, const nurbs::Nurb
       parallel_ranges(visible.size(), 1, visible.size() < 4 ? 1 : threads,
                       [&](std::size_t begin, std::size_t end) {
                         for (std::size_t k = begin; k < end; ++k) {
-                          visible[k].clear();
+                          visible[k].start(window.bands());
                           for (const Piece& p : batches[k])
                             visible[k].add(*drawn[p.instance], drawn[p.instance]->blocks[p.block],
                                            projections[p.instance], targets.first[p.instance]);
                         }
                       });
-      pass->draw(visible, window, process, camera.width_px, id, uv);
+      const auto draw_bands = [&](std::size_t begin, std::size_t end) {
+        Lease pass(pool_);
+        for (std::size_t band = begin; band < end; ++band)
+          pass->draw(visible, window, static_cast<int>(band), process, camera.width_px, id, uv);
+        pass.done();
+      };
+      if (window.bands() == 1)
+        draw_bands(0, 1);
+      else
+        parallel_ranges(static_cast<std::size_t>(window.bands()), 1, threads, draw_bands);
     }
-  pass.done();
   result.id = {id, pixels};
   if (with_uv) result.uv = {uv, 2 * pixels};
   result.targets = std::move(targets.targets);
@@ -171,12 +188,12 @@ SeedBuffers GlRasterizer::draw(const tess::ViewMeshes& meshes, const nurbs::Nurb
 void GlRasterizer::warm_up() {
   VisibleTriangles one;
   one.vertices = {{-1, -1, 0.5f, 1, 0, 0, 1}, {3, -1, 0.5f, 1, 0, 0, 1}, {-1, 3, 0.5f, 1, 0, 0, 1}};
-  one.indices = {0, 1, 2};
+  one.indices = {{0, 1, 2}};
   Lease pass(pool_);
   std::uint32_t id[64 * 64];
   float uv[2 * 64 * 64];
   for (const SeedProcess process : {SeedProcess::kUv, SeedProcess::kId})
-    pass->draw({&one, 1}, {0, 0, 64, 64}, process, 64, id, uv);
+    pass->draw({&one, 1}, {0, 0, 64, 64, 64}, 0, process, 64, id, uv);
   pass.done();
 }
 
@@ -185,7 +202,7 @@ void GlRasterizer::warm_up() {
 std::unique_ptr<Rasterizer> make_gl_rasterizer(Backend backend) {
   Lease pass(pool_of(backend));  // fails here rather than at the first draw
   pass.done();
-  return std::make_unique<GlRasterizer>(backend);
+  return std::make_unique<GlRasterizer>(backend, pass->largest_px());
 }
 
 std::string gl_version(Backend backend) { return pool_of(backend).version(); }

@@ -1,6 +1,7 @@
 // From a prototype's coordinates to a window of the picture, and the triangles that can be seen there.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/base/box.h"
@@ -9,9 +10,13 @@
 
 namespace trimray::raster {
 
-// Pixels [x0, x0 + width) x [y0, y0 + height) of a picture.
+// Pixels [x0, x0 + width) x [y0, y0 + height) of a picture, drawn in bands of rows: each on a thread of its
+// own, into a target of its own. All but the last have band_height rows.
 struct Window {
   int x0 = 0, y0 = 0, width = 0, height = 0;
+  int band_height = 0;
+  int bands() const { return (height + band_height - 1) / band_height; }
+  int rows(int band) const { return std::min(band_height, height - band * band_height); }
 };
 
 // Distances along the view that something may have, mm; both above 0, or empty.
@@ -53,9 +58,12 @@ struct ClipVertex {
 class VisibleTriangles {
  public:
   std::vector<ClipVertex> vertices;
-  std::vector<std::uint32_t> indices;
+  std::vector<std::vector<std::uint32_t>> indices;  // by band of the window: what may cover a centre in it
 
-  void clear() { vertices.clear(), indices.clear(); }
+  void start(int bands) {
+    vertices.clear(), indices.resize(static_cast<std::size_t>(bands));
+    for (auto& band : indices) band.clear();
+  }
   void add(const DrawMesh& mesh, const DrawBlock& block, const Projection& projection,
            std::uint32_t first_id);
 
