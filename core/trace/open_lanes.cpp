@@ -75,20 +75,13 @@ HWY_INLINE void find_roots(const Form& form, const Patch& patch, const LeafBound
   }
 }
 
+// Degrees 0: known at run time only.
+template <int kDegreeU, int kDegreeV>
 class OpenSearch {
  public:
   OpenSearch(const Patch& patch, const dvec4* points, const double* coef, const LeafBound& leaf,
              const RayLanes& rays, int first, OpenWork& work)
-      : patch_(patch),
-        points_(points),
-        coef_(coef),
-        leaf_(leaf),
-        rays_(rays),
-        first_(first),
-        du_(patch.degree_u),
-        dv_(patch.degree_v),
-        count_((du_ + 1) * (dv_ + 1)),
-        work_(work) {}
+      : patch_(patch), points_(points), coef_(coef), leaf_(leaf), rays_(rays), first_(first), work_(work) {}
 
   HWY_INLINE void run(std::uint32_t active) {
     const RayFrame ray = near_patch(patch_, rays_, first_);
@@ -96,7 +89,7 @@ class OpenSearch {
     work_.whole |= poles << first_;
     active &= ~poles;
     if (active == 0) return;
-    Lanes* room = scratch(static_cast<std::size_t>(2 * count_) * (trace::kMaxHalvings + 1));
+    Lanes* room = scratch(static_cast<std::size_t>(2 * count()) * (trace::kMaxHalvings + 1));
     const NetView net = take(room);
     const SubDomain whole = project(ray, net);
     visit(net, room, whole, 0, mask_from_bits(active));
@@ -110,9 +103,13 @@ class OpenSearch {
   }
 
  private:
+  HWY_INLINE int du() const { return kDegreeU ? kDegreeU : patch_.degree_u; }
+  HWY_INLINE int dv() const { return kDegreeV ? kDegreeV : patch_.degree_v; }
+  HWY_INLINE int count() const { return (du() + 1) * (dv() + 1); }
+
   HWY_INLINE NetView take(Lanes*& room) const {
-    const NetView net{room, room + count_};
-    room += 2 * count_;
+    const NetView net{room, room + count()};
+    room += 2 * count();
     return net;
   }
 
@@ -121,7 +118,7 @@ class OpenSearch {
     Mask met = mask_from_bits(0);
     if (patch_.poles == 0) return met;
     const Lanes reach(4.0 * patch_.pole_reach * patch_.pole_reach);
-    const int corner[4] = {0, du_ * (dv_ + 1), 0, dv_};
+    const int corner[4] = {0, du() * (dv() + 1), 0, dv()};
     for (int side = 0; side < 4; ++side) {
       if ((patch_.poles >> side & 1) == 0) continue;
       const dvec4& h = points_[corner[side]];
@@ -144,7 +141,7 @@ class OpenSearch {
     a = a * (Lanes(1.0) / sqrt(dot(a, a)));
     const Vec3 b = cross(d, a);
     const Lanes oa = dot(ray.o, a), ob = dot(ray.o, b);
-    for (int k = 0; k < count_; ++k) {
+    for (int k = 0; k < count(); ++k) {
       const Vec3 p{Lanes(points_[k].x), Lanes(points_[k].y), Lanes(points_[k].z)};
       const Lanes w(points_[k].w);
       net.x[k] = neg_mul_add(w, oa, dot(p, a)), net.y[k] = neg_mul_add(w, ob, dot(p, b));
@@ -154,7 +151,7 @@ class OpenSearch {
                  reach_v = leaf_.half_v * (1.0 + 1e-7) + trace::kLeafSlack;
     const SubDomain part{leaf_.mid_u - reach_u, leaf_.mid_u + reach_u, leaf_.mid_v - reach_v,
                          leaf_.mid_v + reach_v};
-    restrict_leaf(net, du_, dv_, part.u0, part.u1, part.v0, part.v1);
+    restrict_leaf(net, du(), dv(), part.u0, part.u1, part.v0, part.v1);
     return part;
   }
 
@@ -163,11 +160,11 @@ class OpenSearch {
     open = and_not(whole, open);
     if (none(open)) return;
     ++work_.stats.parts;
-    open = and_not(beside_axes(net, count_, noise_), open);
+    open = and_not(beside_axes(net, count(), noise_), open);
     if (none(open)) return;
-    open = and_not(beside_origin(net, count_, noise_), open);
+    open = and_not(beside_origin(net, count(), noise_), open);
     if (none(open)) return;
-    const Prospect p = prospect(net, du_, dv_, noise_);
+    const Prospect p = prospect(net, du(), dv(), noise_);
     const Lanes zero(0.0), one(1.0);
     const Mask found = open & p.one & (zero <= p.u) & (p.u <= one) & (zero <= p.v) & (p.v <= one);
     if (!none(found)) {
@@ -191,7 +188,7 @@ class OpenSearch {
     // A part bent alike in both directions, or in none, is halved where it is longer.
     const bool in_u = bend_u > 2.0 * bend_v || (2.0 * bend_u >= bend_v && size_u_ * wu >= size_v_ * wv);
     const NetView upper = take(room);
-    halve_net(net, upper, du_, dv_, in_u);
+    halve_net(net, upper, du(), dv(), in_u);
     SubDomain low = part, high = part;
     if (in_u)
       low.u1 = high.u0 = 0.5 * (part.u0 + part.u1);
@@ -214,7 +211,7 @@ class OpenSearch {
   const double* const coef_;
   const LeafBound& leaf_;
   const RayLanes& rays_;
-  const int first_, du_, dv_, count_;
+  const int first_;
   const double size_u_ = length(leaf_.a) / leaf_.half_u,
                size_v_ = length(leaf_.b) / leaf_.half_v;  // per unit of the parameter
   OpenWork& work_;
@@ -227,7 +224,11 @@ void open_entry(const Patch& patch, const dvec4* points, const double* coef, con
                 const RayLanes& rays, OpenWork& work) {
   for (int first = 0; first < trace::kLanes; first += kWidth) {
     const std::uint32_t active = (rays.active >> first) & ((1u << kWidth) - 1u);
-    if (active != 0) OpenSearch(patch, points, coef, leaf, rays, first, work).run(active);
+    if (active == 0) continue;
+    if (patch.degree_u == 3 && patch.degree_v == 3)
+      OpenSearch<3, 3>(patch, points, coef, leaf, rays, first, work).run(active);
+    else
+      OpenSearch<0, 0>(patch, points, coef, leaf, rays, first, work).run(active);
   }
 }
 

@@ -68,7 +68,7 @@ HWY_INLINE void halve_net(const NetView& net, const NetView& upper, int du, int 
 
 // Lanes whose net lies strictly on one side of a line through the origin. The points' outermost directions as
 // seen from the origin give that side; it is then checked on every point, so that rounding cannot lie.
-HWY_NOINLINE inline Mask beside_origin(const NetView& net, int count, Lanes noise) {
+HWY_INLINE Mask beside_origin(const NetView& net, int count, Lanes noise) {
   Lanes lx = net.x[0], ly = net.y[0], rx = lx, ry = ly;
   for (int k = 1; k < count; ++k) {
     const Lanes x = net.x[k], y = net.y[k];
@@ -89,7 +89,7 @@ HWY_NOINLINE inline Mask beside_origin(const NetView& net, int count, Lanes nois
 HWY_INLINE Lanes cross_2(Lanes ax, Lanes ay, Lanes bx, Lanes by) { return neg_mul_add(ay, bx, ax * by); }
 
 // Lanes whose points all have one sign in one coordinate: the common way to miss.
-HWY_NOINLINE inline Mask beside_axes(const NetView& net, int count, Lanes noise) {
+HWY_INLINE Mask beside_axes(const NetView& net, int count, Lanes noise) {
   Lanes x0 = net.x[0], x1 = x0, y0 = net.y[0], y1 = y0;
   for (int k = 1; k < count; ++k) {
     x0 = min_of(x0, net.x[k]), x1 = max_of(x1, net.x[k]);
@@ -107,7 +107,7 @@ struct Prospect {
 
 // At most one root: det(U, V) keeps its sign over all U, V in the hulls of the first differences in u and v.
 // With U = A + dU, V = B + dV it is cross(U, B) + cross(A, V) - cross(A, B) + cross(dU, dV).
-HWY_NOINLINE inline Prospect prospect(const NetView& net, int du, int dv, Lanes noise) {
+HWY_INLINE Prospect prospect(const NetView& net, int du, int dv, Lanes noise) {
   const int row = dv + 1, count = (du + 1) * row;
   const Lanes *x = net.x, *y = net.y;
   const int c01 = dv, c10 = du * row, c11 = count - 1;
