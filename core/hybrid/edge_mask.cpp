@@ -94,7 +94,7 @@ class Marker {
 
   void mark(std::size_t p, int x, int y, float nearest) {
     const std::size_t slot = p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile + x;
-    if (nearest <= state_.best[slot]) state_.near_edge[p * kMaxTile + y] |= std::uint64_t{1} << x;
+    if (nearest <= state_.best[slot]) TileState::set(state_.near_edge, static_cast<std::int32_t>(slot));
   }
 
   const trace::Tile& tile_;

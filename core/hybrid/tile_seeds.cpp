@@ -93,7 +93,7 @@ void TileTracer::seeded_patch(const InstanceView& view, std::int32_t patch, trac
   for (std::uint32_t rest = roots.one & lanes.active; rest != 0; rest &= rest - 1) {
     const int k = std::countr_zero(rest);
     const std::int32_t slot = slots[k], primitive = view.prototype->leaf_primitive[roots.leaf[k]];
-    state_.known[slot] = {view.index, kNoFace, primitive, patch, roots.param_u[k], roots.param_v[k]};
+    state_.know(slot, {view.index, kNoFace, primitive, patch, roots.param_u[k], roots.param_v[k]});
     if (primitive < 0 || !(roots.t[k] >= 0.0)) continue;  // outside the loops, or behind the eye
     const ScenePrimitive& p = view.prototype->primitives[primitive];
     const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
@@ -119,7 +119,7 @@ void TileTracer::seeded_closed(const InstanceView& view, std::int32_t face,
   stats_.solves += slots.size();
   const bool reversed = view.prototype->store.faces[face].reversed;
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    state_.known[slots[k]] = {view.index, face, -1, -1, 0.0, 0.0};
+    state_.know(slots[k], {view.index, face, -1, -1, 0.0, 0.0});
     for (int r = 0; r < trace::kLaneRoots; ++r) {
       if (!(roots.found[r] >> k & 1u)) continue;
       const dvec2 uv = view.prototype->trim.wrap(face, {roots.u[r][k], roots.v[r][k]});

@@ -20,26 +20,38 @@ struct KnownRoot {
   double u = 0.0, v = 0.0;      // these parameters
 };
 
+// The nearest hit of a ray so far.
+struct SlotHit {
+  double t = kInf;  // in the world
+  trace::HitPlace place;
+  dvec3 normal{0.0};  // outward, in the prototype; not of triangles
+};
+
+// What no bit stands for is not initialized: most slots of most tiles are never touched.
 struct TileState {
-  std::vector<float> best;  // depth of the nearest hit, rounded up, relative to the view's reference
-  std::vector<double> t;    // of it, in the world
-  std::vector<trace::HitPlace> place;  // of it; no face: none yet
-  std::vector<dvec3> normal;           // of patch roots, outward, in the prototype
-  std::vector<KnownRoot> known;
-  std::vector<std::uint64_t> near_edge;  // by place and row: bits of pixels that may be near an edge
+  std::vector<float> best;  // by slot: depth of the nearest hit, rounded up, relative to the view's reference
+  std::vector<SlotHit> hits;     // by slot
+  std::vector<KnownRoot> known;  // by slot
+  // By place and row, a bit a pixel.
+  std::vector<std::uint64_t> has_hit, has_known, near_edge;
+
+  static bool has(const std::vector<std::uint64_t>& bits, std::int32_t slot) {
+    return (bits[slot / kMaxTile] >> (slot % kMaxTile)) & 1;
+  }
+  static void set(std::vector<std::uint64_t>& bits, std::int32_t slot) {
+    bits[slot / kMaxTile] |= std::uint64_t{1} << (slot % kMaxTile);
+  }
+  double t(std::int32_t slot) const { return has(has_hit, slot) ? hits[slot].t : kInf; }
+  void know(std::int32_t slot, const KnownRoot& root) { known[slot] = root, set(has_known, slot); }
 
   void reset(const trace::Tile& tile) {
     const std::size_t slots = tile.places.size() * kTileSlots;
-    if (best.size() < slots)
-      best.resize(slots), t.resize(slots), place.resize(slots), normal.resize(slots), known.resize(slots);
-    near_edge.assign(tile.places.size() * kMaxTile, 0);
+    if (best.size() < slots) best.resize(slots), hits.resize(slots), known.resize(slots);
+    for (auto* bits : {&has_hit, &has_known, &near_edge}) bits->assign(tile.places.size() * kMaxTile, 0);
     for (std::size_t p = 0; p < tile.places.size(); ++p)
-      for (int y = 0; y < tile.y1 - tile.y0; ++y) {
-        const std::size_t row = p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile;
-        std::fill_n(best.begin() + row, tile.width(), kFarDepth);
-        std::fill_n(t.begin() + row, tile.width(), kInf);
-        for (int x = 0; x < tile.width(); ++x) place[row + x].face = kNoFace, known[row + x].instance = -1;
-      }
+      for (int y = 0; y < tile.y1 - tile.y0; ++y)
+        std::fill_n(best.begin() + p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile, tile.width(),
+                    kFarDepth);
   }
 };
 

@@ -92,7 +92,8 @@ void TileTracer::leaf(const InstanceView& view, std::int32_t primitive, const Fo
         const std::int32_t slot =
             static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + std::countr_zero(rest);
         const KnownRoot& known = state_.known[slot];
-        if (known.instance == view.index && (known.primitive == primitive || known.face == closed_face))
+        if (TileState::has(state_.has_known, slot) && known.instance == view.index &&
+            (known.primitive == primitive || known.face == closed_face))
           continue;
         slots[count++] = slot;
         if (count < trace::kPacketSize) continue;
@@ -126,13 +127,14 @@ bool TileTracer::inside(const InstanceView& view, const ScenePrimitive& p, const
 
 void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local, double scale,
                           std::int32_t face, dvec2 uv, const dvec3* normal, std::int32_t triangle) {
-  const double t = t_local / scale, best = state_.t[slot];
+  const double t = t_local / scale, best = state_.t(slot);
   if (!(t >= 0.0 && t <= best)) return;
   const HitPlace place{view.index, face, uv, triangle};
-  if (t == best && !comes_before(place, state_.place[slot])) return;
-  state_.place[slot] = place;
-  if (normal) state_.normal[slot] = *normal;
-  state_.t[slot] = t;
+  SlotHit& hit = state_.hits[slot];
+  if (t == best && TileState::has(state_.has_hit, slot) && !comes_before(place, hit.place)) return;
+  hit.t = t, hit.place = place;
+  if (normal) hit.normal = *normal;
+  TileState::set(state_.has_hit, slot);
   double depth = t;
   if (view_.camera.perspective) {
     const dvec2 at = tile_.places[slot / kTileSlots];
@@ -166,7 +168,7 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
   const bool reversed = view.prototype->store.faces[p.face].reversed;
   // True where the root counts: the next one of the ray lies behind it.
   const auto root = [&](std::int32_t slot, double t, double scale, dvec2 raw, const dvec3& normal) {
-    if (t / scale > state_.t[slot]) return true;
+    if (t / scale > state_.t(slot)) return true;
     dvec2 uv;
     if (!inside(view, p, leaf.core, raw, uv)) return false;
     const dvec3 n = reversed ? -normal : normal;
@@ -208,7 +210,8 @@ std::uint32_t TileTracer::ruled_out(const InstanceView& view, std::int32_t leaf,
   for (std::uint32_t rest = lanes.active; rest != 0; rest &= rest - 1) {
     const int k = std::countr_zero(rest);
     const KnownRoot& known = state_.known[slots[k]];
-    if (known.instance != view.index || known.patch != patch) continue;
+    if (!TileState::has(state_.has_known, slots[k]) || known.instance != view.index || known.patch != patch)
+      continue;
     u[k] = known.u, v[k] = known.v;
     known_lanes |= 1u << k;
   }
@@ -221,7 +224,7 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
   const trace::PatchLeaf& leaf = patches.leaves()[p.leaf];
   const bool reversed = view.prototype->store.faces[p.face].reversed;
   const auto root = [&](std::int32_t slot, double t, double scale, dvec2 raw, const dvec3& normal) {
-    if (!(t >= 0.0 && t / scale <= state_.t[slot])) return;
+    if (!(t >= 0.0 && t / scale <= state_.t(slot))) return;
     dvec2 uv;
     if (inside(view, p, leaf.uv_face, raw, uv)) consider(view, slot, t, scale, p.face, uv, &normal);
   };
@@ -250,8 +253,8 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     for (std::uint32_t rest = one; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
       const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
-      state_.known[slots[begin + k]] = {view.index, kNoFace,          -1,
-                                        leaf.patch, roots.param_u[k], roots.param_v[k]};
+      state_.know(slots[begin + k],
+                  {view.index, kNoFace, -1, leaf.patch, roots.param_u[k], roots.param_v[k]});
       root(slots[begin + k], roots.t[k], scale[k], {roots.u[k], roots.v[k]}, reversed ? -n : n);
     }
     for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
@@ -304,20 +307,29 @@ void TileTracer::edges() {
 void TileTracer::finish(trace::TileHits& out) {
   trace::TraceStats counters;
   const std::size_t places = tile_.places.size();
-  for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x)
+  const HitPlace nothing;
+  for (int y = 0; y < height_; ++y) {
+    std::uint64_t pixels = 0;
+    for (std::size_t p = 0; p < places; ++p)
+      pixels |= state_.has_hit[p * kMaxTile + y] | state_.near_edge[p * kMaxTile + y];
+    for (; pixels != 0; pixels &= pixels - 1) {
+      const int x = std::countr_zero(pixels);
       for (std::size_t p = 0; p < places; ++p) {
-        const std::size_t slot = p * kTileSlots + static_cast<std::size_t>(y) * kMaxTile + x;
-        const bool near_edge = (state_.near_edge[p * kMaxTile + y] >> x) & 1;
-        if (state_.place[slot].face == kNoFace && !near_edge) continue;
-        const view::CameraRay ray =
-            view_.camera.ray(tile_.x0 + x + tile_.places[p].x, tile_.y0 + y + tile_.places[p].y);
-        const Hit hit = view_.scene->finish({ray.org, ray.dir, 0.0, kInf}, state_.place[slot], state_.t[slot],
-                                            state_.normal[slot], near_edge, counters);
-        if (hit.face == kNoFace) continue;
+        const auto slot = static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + x;
+        const bool found = TileState::has(state_.has_hit, slot),
+                   near_edge = TileState::has(state_.near_edge, slot);
+        if (!found && !near_edge) continue;
+        const SlotHit& hit = state_.hits[slot];
+        const dvec2& place = tile_.places[p];
+        const view::CameraRay ray = view_.camera.ray(tile_.x0 + x + place.x, tile_.y0 + y + place.y);
+        const Hit finished = view_.scene->finish({ray.org, ray.dir, 0.0, kInf}, found ? hit.place : nothing,
+                                                 found ? hit.t : kInf, hit.normal, near_edge, counters);
+        if (finished.face == kNoFace) continue;
         out.ray.push_back(static_cast<std::int32_t>((y * width_ + x) * places + p));
-        out.hit.push_back(hit);
+        out.hit.push_back(finished);
       }
+    }
+  }
   stats_.rays += tile_.rays();
   stats_.hits += out.hit.size();
   stats_.edge_rays += counters.edge_rays;
