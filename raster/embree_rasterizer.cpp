@@ -104,7 +104,7 @@ class EmbreeRasterizer final : public Rasterizer {
 
   SeedBuffers draw(const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store, const view::Camera& camera,
                    SeedProcess process, int threads) override;
-  void warm_up() override { device(); }
+  void warm_up(SeedProcess) override { device(); }
 
  private:
   std::shared_ptr<const EmbreeScene> scene_of(const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store,

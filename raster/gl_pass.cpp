@@ -175,6 +175,9 @@ void GlPass::draw(std::span<const VisibleTriangles> triangles, const Window& win
     gl_.ReadPixels(0, 0, window.width, rows, gl::kRg, gl::kFloat, uv + 2 * first);
   }
   check("draw");
+  // What few pictures need is not kept.
+  constexpr std::int64_t kMostKept = 4 << 20;
+  if (static_cast<std::int64_t>(width_) * height_ > kMostKept) make_targets(1, 1);
 }
 
 }  // namespace trimray::raster

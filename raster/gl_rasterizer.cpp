@@ -100,7 +100,7 @@ class GlRasterizer final : public Rasterizer {
 
   SeedBuffers draw(const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store, const view::Camera& camera,
                    SeedProcess process, int threads) override;
-  void warm_up() override;
+  void warm_up(SeedProcess process) override;
 
  private:
   Backend backend_;
@@ -185,15 +185,14 @@ SeedBuffers GlRasterizer::draw(const tess::ViewMeshes& meshes, const nurbs::Nurb
 }
 
 // Libraries compile when they draw first, and for each program apart.
-void GlRasterizer::warm_up() {
+void GlRasterizer::warm_up(SeedProcess process) {
   VisibleTriangles one;
   one.vertices = {{-1, -1, 0.5f, 1, 0, 0, 1}, {3, -1, 0.5f, 1, 0, 0, 1}, {-1, 3, 0.5f, 1, 0, 0, 1}};
   one.indices = {{0, 1, 2}};
   Lease pass(pool_);
   std::uint32_t id[64 * 64];
   float uv[2 * 64 * 64];
-  for (const SeedProcess process : {SeedProcess::kUv, SeedProcess::kId})
-    pass->draw({&one, 1}, {0, 0, 64, 64, 64}, 0, process, 64, id, uv);
+  pass->draw({&one, 1}, {0, 0, 64, 64, 64}, 0, process, 64, id, uv);
   pass.done();
 }
 

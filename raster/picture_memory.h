@@ -39,10 +39,14 @@ class PictureMemory : public std::enable_shared_from_this<PictureMemory> {
   }
 
  private:
-  static constexpr std::size_t kAlignment = 64, kMost = 4;
+  static constexpr std::size_t kAlignment = 64, kMost = 4, kLargest = std::size_t{64} << 20;
 
   void give_back(std::size_t bytes, void* memory) {
     const std::lock_guard lock(mutex_);
+    if (bytes > kLargest) {
+      std::free(memory);
+      return;
+    }
     free_.insert(free_.begin(), {bytes, memory});
     if (free_.size() <= kMost) return;
     std::free(free_.back().second);

@@ -58,16 +58,21 @@ class Rasterizer {
   virtual SeedBuffers draw(const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store,
                            const view::Camera& camera, SeedProcess process, int threads = 0) = 0;
 
-  // Does now what the first draw would spend on loading and compiling (OpenGL: 60 ms and more). May run in a
-  // thread beside other work.
-  virtual void warm_up() = 0;
+  // Does now what the first draw would spend on compiling; loading is done when the rasterizer is made. May
+  // run in a thread beside other work.
+  virtual void warm_up(SeedProcess process = SeedProcess::kUv) = 0;
 };
 
 // Throws Error with the reason where the backend is not available.
 std::unique_ptr<Rasterizer> make_rasterizer(Backend backend);
 
+// Whether a backend has drawn a view's meshes before and kept what it needs of them.
+enum class Meshes : std::uint8_t { kKept, kFresh };
+
 // The backend that gives seeds soonest for a picture in which about covered_px pixels show something, of a
-// mesh of so many triangles; the next best where it is not available, and none where none is.
-std::optional<Backend> choose(double covered_px, std::size_t triangles, int threads = 0);
+// mesh of so many triangles; the next best where it is not available, and none where none is. What a library
+// takes to load and to compile is left out of it: 35 ms of processor time for OpenGL, 60 where Mesa's cache
+// of shaders has nothing yet, 5 for Embree.
+std::optional<Backend> choose(double covered_px, std::size_t triangles, Meshes meshes = Meshes::kKept);
 
 }  // namespace trimray::raster

@@ -3,9 +3,9 @@
 //   raster_bench FILE [--size N] [--repeat 9] [--threads 1] [--view x,y,z]
 //
 // Milliseconds, medians: processor time of all threads, then wall time, both with the meshes at hand; `first`
-// is the first draw of a mesh that is new to the backend (its blocks or its hierarchy are built), and `start`
-// what the library takes to load and to compile. The last column: pixels in which the surface is another one
-// than the first backend's.
+// is the processor time of the first draw of a mesh that is new to the backend (its blocks or its hierarchy
+// are built), and `start` what the library takes to load and to compile (wall time). The last column: pixels
+// in which the surface is another one than the first backend's (coincident surfaces among them).
 #include <chrono>
 
 #include "core/tess/mesh_levels.h"
@@ -53,9 +53,9 @@ struct Timing {
 Timing measure(raster::Rasterizer& r, const tess::ViewMeshes& meshes, const nurbs::NurbsStore& store,
                const view::Camera& camera, raster::SeedProcess process, const bench::Options& options) {
   Timing t;
-  const double start = wall_seconds();
+  const double start = bench::cpu_seconds();
   t.last = r.draw(meshes, store, camera, process, options.threads);
-  t.first = 1e3 * (wall_seconds() - start);
+  t.first = 1e3 * (bench::cpu_seconds() - start);
   std::vector<double> cpu, wall;
   for (int k = 0; k < options.repeat; ++k) {
     const double w = wall_seconds(), c = bench::cpu_seconds();

@@ -171,6 +171,8 @@ TEST_F(NoRaster, ChoosesTheNextBest) {
   if (!available(Backend::kOsmesa) || !available(Backend::kEmbree)) GTEST_SKIP();
   EXPECT_EQ(choose(1e5, 1000), Backend::kOsmesa);
   EXPECT_EQ(choose(1e5, 1'000'000), Backend::kEmbree);
+  EXPECT_EQ(choose(1e5, 1'000'000, Meshes::kFresh), Backend::kOsmesa);
+  EXPECT_EQ(choose(0.0, 0), Backend::kOsmesa);
   setenv("TRIMRAY_NO_RASTER", "osmesa,egl", 1);
   EXPECT_EQ(choose(1e5, 1000), Backend::kEmbree);
   setenv("TRIMRAY_NO_RASTER", "egl,embree", 1);
