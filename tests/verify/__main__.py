@@ -156,7 +156,7 @@ COMMANDS = {
     "parity": (run_parity, 2, "even counts on closed solids"),
     "opencascade": (run_opencascade, 40, "against OpenCascade's ray caster"),
     "mesh": (run_mesh, 20000, "closed, manifold and as near as proven, beside BRepMesh"),
-    "hybrid": (run_hybrid, 160, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
+    "hybrid": (run_hybrid, 128, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
     "sheet": (run_sheet, 0, "a contact sheet of all models"),
 }
 
