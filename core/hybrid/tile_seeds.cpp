@@ -90,19 +90,32 @@ void TileTracer::seeded_patch(const InstanceView& view, std::int32_t patch, trac
   trace::SeededRoots roots;
   view.prototype->patches.solve_seeded(patch, lanes, seeds, roots);
   stats_.solves += slots.size(), stats_.newton_roots += slots.size(), stats_.newton_steps += roots.steps;
+  std::int32_t primitives[trace::kLanes];
+  std::uint32_t open = 0;
   for (std::uint32_t rest = roots.one & lanes.active; rest != 0; rest &= rest - 1) {
     const int k = std::countr_zero(rest);
-    const std::int32_t slot = slots[k], primitive = view.prototype->leaf_primitive[roots.leaf[k]];
-    state_.know(slot, {view.index, kNoFace, primitive, patch, roots.param_u[k], roots.param_v[k]});
-    if (primitive < 0 || !(roots.t[k] >= 0.0)) continue;  // outside the loops, or behind the eye
+    const std::int32_t primitive = primitives[k] = view.prototype->leaf_primitive[roots.leaf[k]];
+    state_.know(slots[k], {view.index, kNoFace, primitive, patch, roots.param_u[k], roots.param_v[k]});
+    if (primitive >= 0 && roots.t[k] >= 0.0) open |= 1u << k;  // else outside the loops, or behind the eye
+  }
+  while (open != 0) {
+    // Neighbouring rays mostly meet the same leaf.
+    const std::int32_t primitive = primitives[std::countr_zero(open)];
+    std::uint32_t same = 0;
+    for (std::uint32_t rest = open; rest != 0; rest &= rest - 1)
+      if (primitives[std::countr_zero(rest)] == primitive) same |= rest & (~rest + 1);
+    open &= ~same;
     const ScenePrimitive& p = view.prototype->primitives[primitive];
-    const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
-    dvec2 uv;
-    if (!inside(view, p, view.prototype->patches.leaves()[p.leaf].uv_face, {roots.u[k], roots.v[k]}, uv))
-      continue;
-    const dvec3 outward = view.prototype->store.faces[p.face].reversed ? -n : n;
-    consider(view, slot, roots.t[k], scales.scale[k], p.face, uv, &outward);
-    ++stats_.seeded;
+    const bool reversed = view.prototype->store.faces[p.face].reversed;
+    std::uint64_t tests = 0;
+    const std::uint32_t in = view.prototype->inside(p, view.prototype->patches.leaves()[p.leaf].uv_face,
+                                                    roots.u, roots.v, same, &tests);
+    for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]}, outward = reversed ? -n : n;
+      consider(view, slots[k], roots.t[k], scales.scale[k], p.face, {roots.u[k], roots.v[k]}, &outward);
+      ++stats_.seeded;
+    }
   }
 }
 
@@ -118,18 +131,23 @@ void TileTracer::seeded_closed(const InstanceView& view, std::int32_t face,
   closed_form_lanes(form, lanes, form.uv, kZeros, kInfinities, roots);
   stats_.solves += slots.size();
   const bool reversed = view.prototype->store.faces[face].reversed;
-  for (std::size_t k = 0; k < slots.size(); ++k) {
-    state_.know(slots[k], {view.index, face, -1, -1, 0.0, 0.0});
-    for (int r = 0; r < trace::kLaneRoots; ++r) {
-      if (!(roots.found[r] >> k & 1u)) continue;
-      const dvec2 uv = view.prototype->trim.wrap(face, {roots.u[r][k], roots.v[r][k]});
-      if (!view.prototype->inside(face, uv)) continue;
+  for (const std::int32_t slot : slots) state_.know(slot, {view.index, face, -1, -1, 0.0, 0.0});
+  // A ray whose first root counts is done.
+  std::uint32_t open = lanes.active;
+  for (int r = 0; r < trace::kLaneRoots; ++r) {
+    const std::uint32_t found = roots.found[r] & open;
+    if (found == 0) continue;
+    view.prototype->trim.wrap(face, roots.u[r], roots.v[r], found);
+    const std::uint32_t in = view.prototype->inside(face, roots.u[r], roots.v[r], found);
+    for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
       const dvec3 n{roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]},
           outward = reversed ? -n : n;
-      consider(view, slots[k], roots.t[r][k], scales.scale[k], face, uv, &outward);
+      consider(view, slots[k], roots.t[r][k], scales.scale[k], face, {roots.u[r][k], roots.v[r][k]},
+               &outward);
       ++stats_.seeded;
-      break;
     }
+    open &= ~in;
   }
 }
 

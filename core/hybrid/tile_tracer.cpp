@@ -192,13 +192,25 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
     }
     trace::ClosedRootLanes roots;
     closed_form_lanes(form, lanes, leaf.uv, kZeros, kInfinities, roots);
-    for (std::uint32_t rest = roots.found[0] | roots.found[1]; rest != 0; rest &= rest - 1) {
-      const int k = std::countr_zero(rest);
-      for (int r = 0; r < trace::kLaneRoots; ++r)
-        if ((roots.found[r] >> k & 1u) &&
-            root(slots[begin + k], roots.t[r][k], scales.scale[k], {roots.u[r][k], roots.v[r][k]},
-                 {roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]}))
-          break;
+    // A ray whose first root counts is done; so is one whose next root lies behind its hit.
+    std::uint32_t left = lanes.active;
+    for (int r = 0; r < trace::kLaneRoots; ++r) {
+      for (std::uint32_t rest = roots.found[r] & left; rest != 0; rest &= rest - 1) {
+        const int k = std::countr_zero(rest);
+        if (roots.t[r][k] / scales.scale[k] > state_.t(slots[begin + k])) left &= ~(1u << k);
+      }
+      const std::uint32_t found = roots.found[r] & left;
+      if (found == 0) continue;
+      std::uint64_t tests = 0;
+      const std::uint32_t in = view.prototype->inside(p, leaf.core, roots.u[r], roots.v[r], found, &tests);
+      for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
+        const int k = std::countr_zero(rest);
+        const dvec3 n{roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]},
+            outward = reversed ? -n : n;
+        consider(view, slots[begin + k], roots.t[r][k], scales.scale[k], p.face,
+                 {roots.u[r][k], roots.v[r][k]}, &outward);
+      }
+      left &= ~in;
     }
   }
 }
@@ -250,12 +262,19 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     stats_.newton_steps += roots.steps;
     const std::uint32_t one = roots.one & lanes.active, open = lanes.active & ~(roots.one | roots.none);
     stats_.open += std::popcount(open);
+    std::uint32_t in = 0;
     for (std::uint32_t rest = one; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
-      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
-      state_.know(slots[begin + k],
-                  {view.index, kNoFace, -1, leaf.patch, roots.param_u[k], roots.param_v[k]});
-      root(slots[begin + k], roots.t[k], scale[k], {roots.u[k], roots.v[k]}, reversed ? -n : n);
+      const std::int32_t slot = slots[begin + k];
+      state_.know(slot, {view.index, kNoFace, -1, leaf.patch, roots.param_u[k], roots.param_v[k]});
+      if (roots.t[k] >= 0.0 && roots.t[k] / scale[k] <= state_.t(slot)) in |= 1u << k;
+    }
+    std::uint64_t tests = 0;
+    in = view.prototype->inside(p, leaf.uv_face, roots.u, roots.v, in, &tests);
+    for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
+      const int k = std::countr_zero(rest);
+      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]}, outward = reversed ? -n : n;
+      consider(view, slots[begin + k], roots.t[k], scale[k], p.face, {roots.u[k], roots.v[k]}, &outward);
     }
     for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);

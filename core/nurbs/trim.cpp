@@ -1,5 +1,6 @@
 #include "core/nurbs/trim.h"
 
+#include <bit>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -19,6 +20,12 @@ struct FaceTrim {
 
 // A direction that runs all the way round has no end to be outside of.
 bool full_period(double extent, double period) { return period > 0.0 && extent >= period * (1.0 - 1e-9); }
+
+double wrapped(double x, double middle, double period) {
+  const double turns = (x - middle) / period + 0.5;
+  if (turns >= 0.0 && turns < 1.0) return x;  // most are, and floor() is a call
+  return x - period * std::floor(turns);
+}
 
 FaceTrim make_face_trim(const NurbsStore& store, std::int32_t index) {
   FaceTrim out;
@@ -75,13 +82,37 @@ bool TrimIndex::inside(std::int32_t face, dvec2 uv) const {
          uv.y < f.box.upper.y;
 }
 
+std::uint32_t TrimIndex::inside(std::int32_t face, const double* u, const double* v,
+                                std::uint32_t which) const {
+  const FaceTrim& f = impl_->faces[face];
+  if (f.rule == Rule::kLoops) return f.grid.inside(u, v, which);
+  if (f.rule == Rule::kNothing) return 0;
+  std::uint32_t result = 0;
+  for (std::uint32_t rest = which; rest != 0; rest &= rest - 1) {
+    const int i = std::countr_zero(rest);
+    if (u[i] >= f.box.lower.x && u[i] < f.box.upper.x && v[i] >= f.box.lower.y && v[i] < f.box.upper.y)
+      result |= 1u << i;
+  }
+  return result;
+}
+
 dvec2 TrimIndex::wrap(std::int32_t face, dvec2 uv) const {
   const FaceTrim& f = impl_->faces[face];
-  for (int axis = 0; axis < 2; ++axis) {
-    const double period = f.period[axis];
-    if (period > 0.0) uv[axis] -= period * std::floor((uv[axis] - f.middle[axis]) / period + 0.5);
-  }
+  for (int axis = 0; axis < 2; ++axis)
+    if (f.period[axis] > 0.0) uv[axis] = wrapped(uv[axis], f.middle[axis], f.period[axis]);
   return uv;
+}
+
+void TrimIndex::wrap(std::int32_t face, double* u, double* v, std::uint32_t which) const {
+  const FaceTrim& f = impl_->faces[face];
+  for (int axis = 0; axis < 2; ++axis) {
+    if (!(f.period[axis] > 0.0)) continue;
+    double* const x = axis == 0 ? u : v;
+    for (std::uint32_t rest = which; rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      x[i] = wrapped(x[i], f.middle[axis], f.period[axis]);
+    }
+  }
 }
 
 Coverage TrimIndex::coverage(std::int32_t face, const Box2& query) const {

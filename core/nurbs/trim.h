@@ -3,6 +3,7 @@
 // an accelerating grid per face.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -29,6 +30,11 @@ class TrimIndex {
   // Brings a periodic coordinate next to the face's uv_box: u + k * period with the smallest distance
   // from the box's middle.
   dvec2 wrap(std::int32_t face, dvec2 uv_face) const;
+
+  // Both for the points u[i], v[i] with bit i of `which` set, i < 8, at less cost each. wrap() works in
+  // place; the result of inside() is a subset of `which`.
+  void wrap(std::int32_t face, double* u, double* v, std::uint32_t which) const;
+  std::uint32_t inside(std::int32_t face, const double* u, const double* v, std::uint32_t which) const;
 
   // Conservative: kInside and kOutside are certain for the whole box.
   Coverage coverage(std::int32_t face, const Box2& uv_face) const;

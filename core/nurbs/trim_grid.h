@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +21,8 @@ class TrimGrid {
 
   const Box2& box() const { return box_; }
   bool inside(dvec2 uv) const;
+  // TrimIndex::inside(): the cells first, so that the memory answers for all points at once.
+  std::uint32_t inside(const double* u, const double* v, std::uint32_t which) const;
 
   // +1: the whole box is inside, -1: outside, 0: not known.
   int coverage(const Box2& query) const;
@@ -38,6 +41,9 @@ class TrimGrid {
     return static_cast<int>(std::min(std::max(x, 0.0), static_cast<double>(count - 1)));
   }
 
+  const Cell* cell(dvec2 uv) const { return &cells_[row(uv.y) * columns_ + column(uv.x)]; }
+  bool in_cell(const Cell* cell, dvec2 uv) const;
+
   struct RowEntry;
   class RowBuilder;
   void choose_resolution();
@@ -53,10 +59,7 @@ class TrimGrid {
   std::vector<dvec3> ctrl_h_;
 };
 
-inline bool TrimGrid::inside(dvec2 uv) const {
-  if (!(uv.x >= box_.lower.x && uv.x <= box_.upper.x && uv.y >= box_.lower.y && uv.y <= box_.upper.y))
-    return false;
-  const Cell* cell = &cells_[row(uv.y) * columns_ + column(uv.x)];
+inline bool TrimGrid::in_cell(const Cell* cell, dvec2 uv) const {
   bool parity = cell[0].changes_and_base & kBase;
   for (std::uint32_t i = cell[0].changes_and_base & ~kBase; i < (cell[1].changes_and_base & ~kBase); ++i)
     parity ^= cell_changes_[i] <= uv.y;
@@ -65,6 +68,30 @@ inline bool TrimGrid::inside(dvec2 uv) const {
     if (uv.y >= s.lo.y && uv.y < s.hi.y) parity ^= segment_is_right(s, ctrl_h_.data(), uv);
   }
   return parity;
+}
+
+inline bool TrimGrid::inside(dvec2 uv) const { return box_.contains(uv) && in_cell(cell(uv), uv); }
+
+inline std::uint32_t TrimGrid::inside(const double* u, const double* v, std::uint32_t which) const {
+  std::uint32_t result = 0, busy = 0;
+  const Cell* cells[8];
+  for (std::uint32_t rest = which; rest != 0; rest &= rest - 1) {
+    const int i = std::countr_zero(rest);
+    const dvec2 uv(u[i], v[i]);
+    if (!box_.contains(uv)) continue;
+    const Cell* const c = cells[i] = cell(uv);
+    // Most cells are empty.
+    const bool empty =
+        ((c[0].segments ^ c[1].segments) | ((c[0].changes_and_base ^ c[1].changes_and_base) & ~kBase)) == 0;
+    result |= (c[0].changes_and_base / kBase) << i;
+    busy |= (empty ? 0u : 1u) << i;
+  }
+  for (; busy != 0; busy &= busy - 1) {
+    const int i = std::countr_zero(busy);
+    const std::uint32_t bit = 1u << i;
+    result = in_cell(cells[i], dvec2(u[i], v[i])) ? result | bit : result & ~bit;
+  }
+  return result;
 }
 
 }  // namespace trimray::nurbs

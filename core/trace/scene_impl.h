@@ -58,6 +58,12 @@ struct PrototypeScene {
     const nurbs::Face& f = store.faces[face];
     return f.iso_rectangle ? f.uv_box.contains(uv) : trim.inside(face, uv);
   }
+  // The same for the lanes of `which`.
+  std::uint32_t inside(std::int32_t face, const double* u, const double* v, std::uint32_t which) const;
+  // The lanes of `which` whose roots, on one primitive, lie inside of the loops. core: the part of uv of
+  // which the primitive's own flag speaks. Wraps u and v; adds to *tests how often the loops were asked.
+  std::uint32_t inside(const ScenePrimitive& p, const Box2& core, double* u, double* v, std::uint32_t which,
+                       std::uint64_t* tests) const;
   // How far behind a root on the face an edge may be that still decides about it. Along a face that the ray
   // grazes a band is a long way: EdgeRule admits 8 bands = 4 margins, measured across the surface.
   double edge_reach(std::int32_t face, double grazing) const {

@@ -8,6 +8,16 @@
 namespace trimray::trace {
 namespace {
 
+// The lanes of `which` that lie in the box, ends included.
+std::uint32_t contained(const Box2& box, const double* u, const double* v, std::uint32_t which) {
+  std::uint32_t result = 0;
+  for (std::uint32_t rest = which; rest != 0; rest &= rest - 1) {
+    const int i = std::countr_zero(rest);
+    if (box.contains(dvec2(u[i], v[i]))) result |= 1u << i;
+  }
+  return result;
+}
+
 // One packet on its way through the world.
 struct WorldPacket {
   const Scene::Impl& scene;
@@ -122,13 +132,20 @@ struct InstancePacket {
       }
       ClosedRootLanes roots;
       closed_form_lanes(form, lanes, leaf.uv, tmin, tmax, roots);
-      for (std::uint32_t rest = roots.found[0] | roots.found[1]; rest != 0; rest &= rest - 1) {
-        const int i = std::countr_zero(rest);
-        for (int k = 0; k < kLaneRoots; ++k)
-          if ((roots.found[k] >> i & 1u) &&
-              closed_root(p, leaf, index[i], roots.t[k][i], {roots.u[k][i], roots.v[k][i]},
-                          {roots.normal_x[k][i], roots.normal_y[k][i], roots.normal_z[k][i]}, reversed))
-            break;
+      // A lane whose first root counts is done.
+      std::uint32_t open = lanes.active;
+      for (int k = 0; k < kLaneRoots; ++k) {
+        const std::uint32_t found = roots.found[k] & open;
+        if (found == 0) continue;
+        const std::uint32_t in =
+            prototype.inside(p, leaf.core, roots.u[k], roots.v[k], found, &world.stats.trim_tests);
+        for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
+          const int i = std::countr_zero(rest);
+          const dvec3 n{roots.normal_x[k][i], roots.normal_y[k][i], roots.normal_z[k][i]},
+              outward = reversed ? -n : n;
+          consider(index[i], roots.t[k][i], p.face, {roots.u[k][i], roots.v[k][i]}, &outward);
+        }
+        open &= ~in;
       }
     }
   }
@@ -154,10 +171,16 @@ struct InstancePacket {
       const std::uint32_t one = roots.one & lanes.active, open = lanes.active & ~(roots.one | roots.none);
       world.stats.certified += std::popcount(lanes.active & ~open);
       world.stats.fallbacks += std::popcount(open);
+      std::uint32_t in = 0;
       for (std::uint32_t rest = one; rest != 0; rest &= rest - 1) {
+        const int k = std::countr_zero(rest), i = index[k];
+        if (roots.t[k] >= rays.tmin[i] && roots.t[k] <= rays.tmax[i]) in |= 1u << k;
+      }
+      in = prototype.inside(p, leaf.uv_face, roots.u, roots.v, in, &world.stats.trim_tests);
+      for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
         const int k = std::countr_zero(rest);
-        const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
-        patch_root(p, leaf.uv_face, index[k], roots.t[k], {roots.u[k], roots.v[k]}, reversed ? -n : n);
+        const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]}, outward = reversed ? -n : n;
+        consider(index[k], roots.t[k], p.face, {roots.u[k], roots.v[k]}, &outward);
       }
       for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
         const int k = std::countr_zero(rest);
@@ -256,6 +279,23 @@ void visit_instance(void* context, std::int32_t index, std::uint64_t active) {
 }
 
 }  // namespace
+
+std::uint32_t PrototypeScene::inside(std::int32_t face, const double* u, const double* v,
+                                     std::uint32_t which) const {
+  const nurbs::Face& f = store.faces[face];
+  return f.iso_rectangle ? contained(f.uv_box, u, v, which) : trim.inside(face, u, v, which);
+}
+
+std::uint32_t PrototypeScene::inside(const ScenePrimitive& p, const Box2& core, double* u, double* v,
+                                     std::uint32_t which, std::uint64_t* tests) const {
+  std::uint32_t certain = p.inside ? contained(core, u, v, which) : 0;
+  trim.wrap(p.face, u, v, which);
+  if (p.inside) certain |= contained(core, u, v, which & ~certain);
+  const std::uint32_t asked = which & ~certain;
+  if (asked == 0) return certain;
+  *tests += std::popcount(asked);
+  return certain | inside(p.face, u, v, asked);
+}
 
 void Scene::Impl::nearest(std::span<const Ray> all_rays, std::span<Hit> all_out, TraceStats& counters) const {
   WorldPacket packet(*this, counters);

@@ -317,6 +317,48 @@ TEST(TrimIndex, CoverageIsConservative) {
   EXPECT_GT(decided[1], 1500);
 }
 
+TEST(TrimIndex, EightPointsAtOnceGetTheirOwnAnswers) {
+  std::mt19937_64 rng(14);
+  NurbsStore store = one_face({ellipse({0, 0}, 3, 4), ellipse({1, 0}, 1, 0.5)});
+  add_face(store, {polygon({{1, 2}, {3, 2}, {3, 5}, {1, 5}})});
+  store.faces[1].iso_rectangle = true;
+  std::vector<dvec2> star(80);
+  for (dvec2& p : star) p = random_point(rng, dvec2(-4.0), dvec2(4.0));
+  add_face(store, {polygon(star)});
+  add_face(store, {polygon(star)});
+  store.faces[3].status = FaceStatus::kBadTrim;
+  for (const std::int32_t face : {0, 2}) {
+    Surface& surface = store.surfaces[store.faces[face].surface];
+    surface.periodic_u = true, surface.period_u = 2 * kPi;
+  }
+  const TrimIndex index(store);
+  int inside = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const std::int32_t face = round % 4;
+    double u[8], v[8], wrapped_u[8], wrapped_v[8];
+    for (int i = 0; i < 8; ++i) {
+      const dvec2 p = random_point(rng, dvec2(-12.0, -6.0), dvec2(12.0, 6.0));
+      u[i] = wrapped_u[i] = i == 7 && round % 64 == 0 ? kNaN : p.x, v[i] = wrapped_v[i] = p.y;
+    }
+    const std::uint32_t which = rng() & 0xff;
+    index.wrap(face, wrapped_u, wrapped_v, which);
+    const std::uint32_t got = index.inside(face, wrapped_u, wrapped_v, which);
+    for (int i = 0; i < 8; ++i) {
+      if (!(which >> i & 1u)) {
+        EXPECT_FALSE(got >> i & 1u);
+        EXPECT_EQ(wrapped_v[i], v[i]);
+        continue;
+      }
+      const dvec2 one = index.wrap(face, dvec2(u[i], v[i]));
+      EXPECT_TRUE(wrapped_u[i] == one.x || std::isnan(u[i]));
+      EXPECT_EQ(wrapped_v[i], one.y);
+      EXPECT_EQ((got >> i & 1u) != 0, index.inside(face, one)) << face << " " << one.x << " " << one.y;
+      inside += static_cast<int>(got >> i & 1u);
+    }
+  }
+  EXPECT_GT(inside, 5000);
+}
+
 TEST(TrimIndex, SameAnswersFromAnyNumberOfThreads) {
   NurbsStore store;
   std::mt19937_64 rng(12);
