@@ -51,6 +51,40 @@ TEST(PatchOffset, SpheresGrowAndShrink) {
   }
 }
 
+TEST(PatchOffset, OpenLanesGiveTheRootsOfTheScalarSearch) {
+  const Made made(offset_of(nurbs::full_sphere(kFrame, 5.0), 1.5));
+  std::mt19937 rng(8);
+  RayLanes lanes = {};
+  Ray rays[kLanes];
+  for (int i = 0; i < kLanes; ++i) {
+    const Ray& r = rays[i] = random_ray(rng, kFrame.location, 6.0, 6.5);
+    lanes.org_x[i] = r.org.x, lanes.org_y[i] = r.org.y, lanes.org_z[i] = r.org.z;
+    lanes.dir_x[i] = r.dir.x, lanes.dir_y[i] = r.dir.y, lanes.dir_z[i] = r.dir.z;
+  }
+  lanes.active = 0xb5;
+  int roots = 0;
+  for (std::size_t k = 0; k < made.set.leaves().size(); ++k) {
+    const auto leaf = static_cast<std::int32_t>(k);
+    std::vector<LaneRoot> found;
+    std::vector<Root> want;
+    EXPECT_EQ(made.set.open_roots(leaf, lanes, found), 5);
+    std::size_t next = 0;
+    for (int i = 0; i < kLanes; ++i) {
+      want.clear();
+      if (lanes.active >> i & 1u) made.set.all_roots(leaf, rays[i], want);
+      for (const Root& r : want) {
+        ASSERT_LT(next, found.size());
+        EXPECT_EQ(found[next].lane, i);
+        EXPECT_EQ(found[next].root.t, r.t);
+        EXPECT_EQ(found[next++].root.uv_face, r.uv_face);
+        ++roots;
+      }
+    }
+    EXPECT_EQ(next, found.size());
+  }
+  EXPECT_GE(roots, 8);
+}
+
 TEST(PatchOffset, RaysNearAPoleMeetItOnce) {
   const Made made(offset_of(nurbs::full_sphere(kFrame, 5.0), 1.5));
   std::mt19937 rng(7);
