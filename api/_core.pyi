@@ -195,6 +195,18 @@ class Camera:
     def zoomed(self, zoom: float) -> Camera:
         """The same picture enlarged about its centre."""
 
+    def turned(
+        self,
+        angle_deg: float,
+        pivot: Annotated[
+            NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)
+        ],
+        up: UpAxis,
+    ) -> Camera:
+        """
+        Moved about the upright line through pivot (3,) float64, mm, so that the azimuth grows.
+        """
+
     def rays(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
         """
         Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.

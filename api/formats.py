@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Callable
 
 from .importer.errors import UsageError
 from .views import did_you_mean
@@ -39,6 +41,44 @@ def format_of(path: str | os.PathLike[str], format: str | None = None) -> str:
     raise UsageError(
         f"unknown picture format '{name}'{did_you_mean(name, FORMATS) or ','} one of: {', '.join(FORMATS)}"
     )
+
+
+ANIMATIONS = ("webp", "gif")
+_NUMBER = re.compile(r"%(0?[1-9])?d")
+
+
+def numbered(path: str) -> Callable[[int], str] | None:
+    """Where a path has %d, %04d or the like in it, the paths by number. Raises UsageError for several."""
+    found = _NUMBER.findall(path)
+    if len(found) > 1:
+        raise UsageError(f"{path}: one number only, such as %04d")
+    if not found:
+        return None
+    width = int(found[0] or 0)
+    return lambda number: _NUMBER.sub(f"{number:0{width}d}", path)
+
+
+def sequence_format_of(path: str, format: str | None = None) -> str:
+    """The format of a turntable: of FORMATS where the path is numbered, else of ANIMATIONS. Raises
+    UsageError."""
+    if numbered(path) is not None:
+        return format_of(path, format)
+    name = (format or os.path.splitext(path)[1][1:]).lower()
+    if name in ANIMATIONS:
+        return name
+    raise UsageError(
+        f"'{name or path}' holds no frames: write webp or gif, or numbered pictures, such as %04d.png"
+    )
+
+
+def check_sequence(format: str, aovs: tuple[str, ...], opaque: bool) -> None:
+    """As check_fit."""
+    if format == "gif":
+        check_fit("png", aovs, opaque)
+        if "color" in aovs and not opaque:
+            raise UsageError("gif has no soft transparency: choose webp or another background")
+    else:
+        check_fit(format, aovs, opaque)
 
 
 MESH_FORMATS = ("stl", "ply", "obj", "off", "glb")

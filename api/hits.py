@@ -84,3 +84,10 @@ def _floats(name: str, values: npt.ArrayLike) -> Float64s:
         return array.astype(np.float64, copy=False)
     except (TypeError, ValueError):
         raise UsageError(f"{name}: not an array of numbers") from None
+
+
+def portions_of(rays: Rays, length: int) -> list[Rays]:
+    """At least one, of so many rays at most."""
+    o, d, tmin, tmax = rays
+    cuts = [slice(i, i + length) for i in range(0, max(len(o), 1), length)]
+    return [(o[c], d[c], tmin[c], tmax[c]) for c in cuts]

@@ -70,16 +70,17 @@ def encode(frame: Frame, format: str) -> bytes:
     there is in false colours. Equal frames give equal bytes. Raises UsageError, OutputError."""
     if format == "exr":
         return _encode(format, *_exr_pixels(frame))
+    names, pixels = byte_pixels(frame)
+    check_fit(format, ("color",) if "color" in frame else frame.aovs, len(names) == 3)
+    return _encode(format, names, pixels)
+
+
+def byte_pixels(frame: Frame) -> tuple[tuple[str, ...], npt.NDArray[np.uint8]]:
+    """Names and 8 bits a channel: the colour, with straight alpha where it says anything, or else the first
+    plane in false colours."""
     if "color" not in frame:
-        check_fit(format, frame.aovs, True)
-        return _encode(format, CHANNELS["color"][:3], false_colors(frame.aovs[0], frame[frame.aovs[0]]))
+        return CHANNELS["color"][:3], false_colors(frame.aovs[0], frame[frame.aovs[0]])
     opaque = bool(frame["color"][..., 3].min() >= 1.0)
-    check_fit(format, ("color",), opaque)
-    return _encode(format, *_byte_pixels(frame, opaque))
-
-
-def _byte_pixels(frame: Frame, opaque: bool) -> tuple[tuple[str, ...], npt.NDArray[Any]]:
-    """8 bits a channel, straight alpha, without the alpha channel when it says nothing."""
     names = CHANNELS["color"][: 3 if opaque else 4]
     color = frame["color"][..., : len(names)]
     return names, np.ascontiguousarray((np.clip(color, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,9 @@ from .camera import Camera
 from .faces import Face, Faces, Instance, color_or_none
 from .frame import Frame
 from .hierarchy import Hierarchy
-from .hits import Hits, Rays, check_rays
+from .hits import Hits, check_rays, portions_of
 from .importer.errors import EmptyError, UsageError
-from .pictures import Look, draw
+from .pictures import Look, Words, draw
 from .report import Report, make_report
 from .seeds import Seeder
 from .views import CAST_MODES, PROJECTIONS, UP_AXES, Background, View, choose, parse_size, parse_view
@@ -243,7 +243,7 @@ class Model:
         reference = choose("mode", mode, CAST_MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
         portions = []
-        for part in _portions(rays, _PORTION[mode]):
+        for part in portions_of(rays, _PORTION[mode]):
             try:
                 portions.append(self._scene.cast(*part, reference, threads))
             except _core.ArgumentError as error:
@@ -271,7 +271,7 @@ class Model:
         reference = choose("mode", mode, CAST_MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
         portions = []
-        for part in _portions(rays, _PORTION[mode]):
+        for part in portions_of(rays, _PORTION[mode]):
             try:
                 portions.append(self._scene.count_hits(*part, reference, threads))
             except _core.ArgumentError as error:
@@ -333,29 +333,55 @@ class Model:
         else:
             camera = self._camera(parse_size(size), view, projection, up)
         look = Look.of(
-            aovs,
-            samples,
-            background,
-            mode,
-            orientation,
-            threads,
-            seeds,
-            seed_process,
-            shadows,
-            ambient_occlusion,
-            occlusion_distance,
-            reflections,
-        )
+            aovs=aovs, samples=samples, background=background, mode=mode, seeds=seeds, threads=threads,
+            seed_process=seed_process, orientation=orientation, shadows=shadows, reflections=reflections,
+            ambient_occlusion=ambient_occlusion, occlusion_distance=occlusion_distance,
+        )  # fmt: skip
         return draw(self, camera, look, time_limit, progress)
 
-    def _camera(self, size: tuple[int, int], view: View, projection: str, up: str) -> _core.Camera:
+    def turntable(
+        self,
+        frames: int = 60,
+        size: Sequence[int] | str = (512, 512),
+        *,
+        view: View = "iso",
+        projection: str = "orthographic",
+        up: str = "z",
+        time_limit: float | None = None,
+        progress: Progress | None = None,
+        **look: Unpack[Words],
+    ) -> Iterator[Frame]:
+        """The frames of one full turn, made one by one as they are asked for.
+
+        The camera goes round the upright line through the middle of the bounds, counter-clockwise seen from
+        above, from `view` on; all frames have one framing, fitted to the whole turn. look: as in ``render``,
+        whose pictures these are. Seeds of a frame are made while the one before it is traced.
+        time_limit: seconds for all frames. progress: called with "turn" and a fraction.
+        Raises EmptyError when no face can be drawn, TimeLimitError, UsageError.
+        """
+        from . import turntable
+
+        views = turntable.cameras(
+            self, turntable.parse_frames(frames), parse_size(size), view, projection, up
+        )
+        return turntable.turntable(self, views, Look.of(**look), time_limit, progress)
+
+    def _camera(
+        self,
+        size: tuple[int, int],
+        view: View,
+        projection: str,
+        up: str,
+        outline: npt.NDArray[np.float64] | None = None,
+    ) -> _core.Camera:
+        """Fitted to the outline, by default the model's."""
         azimuth, elevation = parse_view(view)
         perspective = choose("projection", projection, PROJECTIONS) == "perspective"
         axis = getattr(_core.UpAxis, UP_AXES[choose("up", up.lower().lstrip("+"), UP_AXES)])
         _ = self.bounds  # raises when there is nothing to look at
-        outline = np.ascontiguousarray(self._extent[1])
+        points = np.ascontiguousarray(self._extent[1] if outline is None else outline)
         return _core.Camera.fit(
-            azimuth, elevation, axis, outline, size[0], size[1], perspective, _FOV_DEG, _MARGIN
+            azimuth, elevation, axis, points, size[0], size[1], perspective, _FOV_DEG, _MARGIN
         )
 
 
@@ -366,9 +392,3 @@ _MARGIN = 0.04
 def _first(reasons: list[str], few: int = 2) -> str:
     left = f"; and {len(reasons) - few} more" if len(reasons) > few else ""
     return "; ".join(reasons[:few]) + left
-
-
-def _portions(rays: Rays, length: int) -> list[Rays]:
-    o, d, tmin, tmax = rays
-    cuts = [slice(i, i + length) for i in range(0, max(len(o), 1), length)]
-    return [(o[c], d[c], tmin[c], tmax[c]) for c in cuts]

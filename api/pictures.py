@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,23 @@ if TYPE_CHECKING:
 Progress = Callable[[str, float | None], None]
 
 
+class Words(TypedDict, total=False):
+    """Model.render's arguments that say how a picture looks, and how it is made."""
+
+    aovs: Sequence[str] | str
+    samples: int | str
+    background: Background
+    mode: str
+    orientation: bool
+    threads: int
+    seeds: str
+    seed_process: str
+    shadows: bool
+    ambient_occlusion: int
+    occlusion_distance: float
+    reflections: int
+
+
 @dataclass(frozen=True)
 class Look:
     """What Model.render is asked for, the camera apart, checked."""
@@ -55,18 +72,18 @@ class Look:
     @classmethod
     def of(
         cls,
-        aovs: Sequence[str] | str,
-        samples: int | str,
-        background: Background,
-        mode: str,
-        orientation: bool,
-        threads: int,
-        seeds: str,
-        seed_process: str,
-        shadows: bool,
-        ambient_occlusion: int,
-        occlusion_distance: float,
-        reflections: int,
+        aovs: Sequence[str] | str = ("color",),
+        samples: int | str = 4,
+        background: Background = "white",
+        mode: str = "hybrid",
+        orientation: bool = False,
+        threads: int = 0,
+        seeds: str = "auto",
+        seed_process: str = "uv",
+        shadows: bool = False,
+        ambient_occlusion: int = 0,
+        occlusion_distance: float = 0.1,
+        reflections: int = 0,
     ) -> Look:
         """Raises UsageError."""
         names, tracer = parse_aovs(aovs), choose("mode", mode, MODES)

@@ -130,6 +130,12 @@ def _render(**values: Any) -> int:
     return run(**values)
 
 
+def _turntable(**values: Any) -> int:
+    from .turntable import run
+
+    return run(**values)
+
+
 def _mesh(**values: Any) -> int:
     from .mesh import run
 
@@ -154,6 +160,12 @@ _command(
     "Draw IN (STEP, IGES, BREP, STL, OBJ, PLY, OFF, also compressed; - for stdin) to OUT: several of them as "
     "one scene, or each by itself into a folder.\n\n"
     "Faces that cannot be drawn are named on stderr.",
+)
+_command(
+    "turntable",
+    _turntable,
+    "Draw one full turn of IN to OUT: an animated WebP or GIF, or numbered pictures (frames/%04d.png), all "
+    "of one framing.",
 )
 _command(
     "mesh",

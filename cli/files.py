@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from trimray import OutputError, UsageError
-from trimray.formats import format_of, mesh_format_of
+from trimray.formats import format_of, mesh_format_of, sequence_format_of
 
 _PACKED = (".gz", ".z", ".zip")
 _EXTENSION = {"jpeg": "jpg", "tiff": "tif"}
@@ -23,6 +23,7 @@ class Kind:
 
 
 PICTURE = Kind(format_of, "png")
+SEQUENCE = Kind(sequence_format_of, "webp")
 MESH = Kind(mesh_format_of, "stl")
 
 

@@ -126,6 +126,12 @@ def read(source: str, name: str, options: dict[str, Any], progress: Sink, prepar
     )
 
 
+def drawing_words(options: dict[str, Any]) -> dict[str, Any]:
+    """What render and turntable hand on to the model as it stands."""
+    names = "samples background mode seeds seed_process orientation shadows ambient_occlusion reflections"
+    return {name: options[name] for name in names.split()} | {"threads": options["jobs"]}
+
+
 def write(target: str, data: bytes) -> None:
     """To a file, whole or not at all, or to stdout for "-". Raises OutputError."""
     if target == "-":

@@ -22,6 +22,10 @@ EXIT_CODES = (
 )
 _COMMANDS = (
     ("render IN... -o OUT", "Draw IN to OUT. Faces that cannot be drawn are named on stderr."),
+    (
+        "turntable IN... -o OUT",
+        "Draw one full turn of IN to OUT: an animated WebP or GIF, or numbered pictures, such as %04d.png.",
+    ),
     ("mesh IN... -o OUT", "Write a watertight mesh of IN to OUT, within --deviation of the exact surfaces."),
     ("info IN... [--json]", "Say what is in each IN."),
     ("bench IN... [--json]", "Say what each IN costs to draw, by tracer."),

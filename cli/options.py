@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from . import values
+
 
 @dataclass(frozen=True)
 class Option:
@@ -27,131 +29,10 @@ class Option:
     commands: tuple[str, ...] = ("render",)
 
 
-def _size(text: str) -> object:
-    from trimray.views import parse_size
-
-    return parse_size(text)
-
-
-def _view(text: str) -> object:
-    from trimray.views import parse_view
-
-    parse_view(text)
-    return text
-
-
-def _samples(text: str) -> object:
-    from trimray.views import parse_samples
-
-    return parse_samples(text)
-
-
-def _occlusion(text: str) -> object:
-    from trimray.views import MAX_OCCLUSION_RAYS, parse_count
-
-    return parse_count("ambient_occlusion", text, MAX_OCCLUSION_RAYS)
-
-
-def _reflections(text: str) -> object:
-    from trimray.views import MAX_REFLECTIONS, parse_count
-
-    return parse_count("reflections", text, MAX_REFLECTIONS)
-
-
-def _background(text: str) -> object:
-    from trimray.views import parse_background
-
-    parse_background(text)
-    return text
-
-
-def _aov(text: str) -> object:
-    from trimray.views import parse_aovs
-
-    parse_aovs(text)
-    return text
-
-
-def _up(text: str) -> object:
-    from trimray.views import UP_AXES, choose
-
-    return choose("up", text.lower().lstrip("+"), UP_AXES)
-
-
-def _format(text: str) -> object:
-    from trimray.formats import format_of
-
-    return format_of("", text)
-
-
-def _usage(message: str) -> Exception:
-    from trimray import UsageError
-
-    return UsageError(message)
-
-
-def _number(text: str, units: dict[str, float], what: str) -> float:
-    body = text.strip().lower()
-    factor = 1.0
-    for unit in sorted(units, key=len, reverse=True):
-        if body.endswith(unit):
-            body, factor = body[: -len(unit)], units[unit]
-            break
-    try:
-        value = float(body) * factor
-    except ValueError:
-        value = -1.0
-    if not 0.0 < value < float("inf"):
-        raise _usage(f"'{text}' is not {what}")
-    return value
-
-
-def _seconds(text: str) -> object:
-    return _number(text, {"s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}, "a positive time, such as 30 or 2m")
-
-
-def _bytes(text: str) -> object:
-    powers = {"k": 10, "m": 20, "g": 30}
-    units = {letter + tail: float(1 << power) for letter, power in powers.items() for tail in ("", "b", "ib")}
-    return int(_number(text, units, "a positive size in bytes, such as 500M or 2G"))
-
-
-def _mm(text: str) -> object:
-    return _number(text, {"mm": 1.0}, "a positive length in mm")
-
-
-def _repeat(text: str) -> object:
-    if not text.strip().isdigit() or int(text) < 1:
-        raise _usage(f"'{text}' is not a number of pictures")
-    return int(text)
-
-
-def _jobs(text: str) -> object:
-    if not text.strip().isdigit():
-        raise _usage(f"'{text}' is not a number of threads")
-    return int(text)
-
-
-def _mesh_format(text: str) -> object:
-    from trimray.formats import mesh_format_of
-
-    return mesh_format_of("", text)
-
-
-def _deviation(text: str) -> object:
-    from trimray.tri_mesh import parse_deviation
-
-    parse_deviation(text)
-    return text
-
-
-def _degrees(text: str) -> object:
-    return _number(text, {"deg": 1.0, "°": 1.0}, "a positive angle in degrees")
-
-
-_ALL = ("render", "mesh", "info", "bench")
-_WRITING = ("render", "mesh")
-_VIEWING = ("render", "mesh", "bench")
+_ALL = ("render", "turntable", "mesh", "info", "bench")
+_WRITING = ("render", "turntable", "mesh")
+_VIEWING = (*_WRITING, "bench")
+_DRAWING = ("render", "turntable")
 
 OPTIONS: tuple[Option, ...] = (
     Option(
@@ -169,7 +50,7 @@ OPTIONS: tuple[Option, ...] = (
         "Picture size in pixels; one number is a square.",
         "W,H",
         "512,512",
-        parse=_size,
+        parse=values.size,
         commands=_VIEWING,
     ),
     Option(
@@ -178,7 +59,7 @@ OPTIONS: tuple[Option, ...] = (
         "iso, front, back, left, right, top, bottom, or azimuth and elevation in degrees.",
         "NAME|AZ,EL",
         "iso",
-        parse=_view,
+        parse=values.view,
         commands=_VIEWING,
     ),
     Option(
@@ -187,7 +68,7 @@ OPTIONS: tuple[Option, ...] = (
         "Axis of the model that points up: z, y, x, -z, -y, -x.",
         "AXIS",
         "z",
-        parse=_up,
+        parse=values.up,
         commands=_VIEWING,
     ),
     Option(
@@ -198,28 +79,56 @@ OPTIONS: tuple[Option, ...] = (
         choices=("orthographic", "perspective"),
         commands=_VIEWING,
     ),
-    Option("samples", ("--samples",), "Rays per pixel.", "N", "4", parse=_samples),
+    Option("samples", ("--samples",), "Rays per pixel.", "N", "4", parse=values.samples, commands=_DRAWING),
     Option(
         "background",
         ("--background",),
         "A colour (name or #rrggbb[aa]), two for a gradient from top to bottom, or transparent.",
         "COLOR[,COLOR]",
         "white",
-        parse=_background,
+        parse=values.background,
+        commands=_DRAWING,
     ),
     Option(
         "format",
         ("--format",),
         "png, jpeg, webp, tiff or exr; by default OUT's extension, else png.",
         "NAME",
-        parse=_format,
+        parse=values.format,
+    ),
+    Option(
+        "sequence_format",
+        ("--format",),
+        "webp or gif; png, jpeg, webp, tiff or exr where OUT has a number in it, such as %04d; by default "
+        "OUT's extension, else webp.",
+        "NAME",
+        parse=values.sequence_format,
+        commands=("turntable",),
+    ),
+    Option(
+        "frames",
+        ("--frames",),
+        "Pictures of one full turn.",
+        "N",
+        "60",
+        parse=values.frames,
+        commands=("turntable",),
+    ),
+    Option(
+        "fps",
+        ("--fps",),
+        "Frames a second of webp and gif.",
+        "N",
+        "30",
+        parse=values.fps,
+        commands=("turntable",),
     ),
     Option(
         "mesh_format",
         ("--format",),
         "stl, ply, obj, off or glb; by default OUT's extension, else stl.",
         "NAME",
-        parse=_mesh_format,
+        parse=values.mesh_format,
         commands=("mesh",),
     ),
     Option(
@@ -229,7 +138,7 @@ OPTIONS: tuple[Option, ...] = (
         "0.3px of the picture that --view, --size, --projection and --up make, for which alone the mesh is.",
         "MM|%|PX",
         "0.1%",
-        parse=_deviation,
+        parse=values.deviation,
         commands=("mesh",),
     ),
     Option(
@@ -237,7 +146,7 @@ OPTIONS: tuple[Option, ...] = (
         ("--angle",),
         "Largest turn of the surface along a triangle's side; default: any.",
         "DEGREES",
-        parse=_degrees,
+        parse=values.degrees,
         commands=("mesh",),
     ),
     Option(
@@ -247,8 +156,9 @@ OPTIONS: tuple[Option, ...] = (
         "need exr; one other than color is shown in false colours elsewhere.",
         "NAME[,NAME]",
         "color",
-        parse=_aov,
+        parse=values.aov,
         multiple=True,
+        commands=_DRAWING,
     ),
     Option(
         "orientation",
@@ -256,6 +166,7 @@ OPTIONS: tuple[Option, ...] = (
         "Tint faces that turn their inner side to the eye.",
         default=False,
         flag=True,
+        commands=_DRAWING,
     ),
     Option(
         "shadows",
@@ -263,6 +174,7 @@ OPTIONS: tuple[Option, ...] = (
         "Shadows of the two lamps that stand beside the camera.",
         default=False,
         flag=True,
+        commands=_DRAWING,
     ),
     Option(
         "ambient_occlusion",
@@ -270,7 +182,8 @@ OPTIONS: tuple[Option, ...] = (
         "Rays per sample, such as 16, that darken corners into which little light comes; 0 for none.",
         "N",
         "0",
-        parse=_occlusion,
+        parse=values.occlusion,
+        commands=_DRAWING,
     ),
     Option(
         "reflections",
@@ -278,7 +191,8 @@ OPTIONS: tuple[Option, ...] = (
         "Reflections, as of polished parts: number of bounces; 0 for none.",
         "N",
         "0",
-        parse=_reflections,
+        parse=values.reflections,
+        commands=_DRAWING,
     ),
     Option(
         "mode",
@@ -286,6 +200,7 @@ OPTIONS: tuple[Option, ...] = (
         "Tracer; all give the same picture. reference is the slow one that judges the others.",
         default="hybrid",
         choices=("hybrid", "standard", "reference"),
+        commands=_DRAWING,
     ),
     Option(
         "seeds",
@@ -293,7 +208,7 @@ OPTIONS: tuple[Option, ...] = (
         "What draws a coarse mesh first, to tell the hybrid tracer where to look; the picture is the same.",
         default="auto",
         choices=("auto", "none", "osmesa", "egl", "embree"),
-        commands=("render", "bench"),
+        commands=(*_DRAWING, "bench"),
     ),
     Option(
         "seed_process",
@@ -301,6 +216,7 @@ OPTIONS: tuple[Option, ...] = (
         "Seeds interpolate uv, or are the mean of a triangle's corners.",
         default="uv",
         choices=("uv", "id"),
+        commands=_DRAWING,
     ),
     Option(
         "repeat",
@@ -308,7 +224,7 @@ OPTIONS: tuple[Option, ...] = (
         "Pictures a figure; it is their median.",
         "N",
         "5",
-        parse=_repeat,
+        parse=values.repeat,
         config=False,
         commands=("bench",),
     ),
@@ -325,7 +241,7 @@ OPTIONS: tuple[Option, ...] = (
         ("--precision",),
         "Below this length points are equal and IGES faces are sewn; default: the file's.",
         "MM",
-        parse=_mm,
+        parse=values.mm,
         commands=_ALL,
     ),
     Option(
@@ -333,7 +249,7 @@ OPTIONS: tuple[Option, ...] = (
         ("--time-limit",),
         "Longest time for one input.",
         "SECONDS",
-        parse=_seconds,
+        parse=values.seconds,
         commands=_ALL,
     ),
     Option(
@@ -341,7 +257,7 @@ OPTIONS: tuple[Option, ...] = (
         ("--memory-limit",),
         "Most memory for reading one input.",
         "BYTES",
-        parse=_bytes,
+        parse=values.bytes,
         commands=_ALL,
     ),
     Option(
@@ -350,7 +266,7 @@ OPTIONS: tuple[Option, ...] = (
         "Threads; 0 for all cores. The output is the same for any number.",
         "N",
         "0",
-        parse=_jobs,
+        parse=values.jobs,
         commands=_WRITING,
     ),
     Option(

@@ -10,7 +10,7 @@ from trimray.formats import check_fit
 from trimray.views import parse_aovs, parse_background
 
 from .files import Job, plan
-from .jobs import run_jobs, write
+from .jobs import drawing_words, run_jobs, write
 from .progress import Sink
 
 if TYPE_CHECKING:
@@ -48,17 +48,8 @@ def _draw(
         view=options["view"],
         projection=options["projection"],
         up=options["up"],
-        samples=options["samples"],
-        background=options["background"],
-        mode=options["mode"],
-        seeds=options["seeds"],
-        seed_process=options["seed_process"],
         aovs=aovs,
-        orientation=options["orientation"],
-        shadows=options["shadows"],
-        ambient_occlusion=options["ambient_occlusion"],
-        reflections=options["reflections"],
-        threads=options["jobs"],
+        **drawing_words(options),
         time_limit=left,
         progress=progress,
     )

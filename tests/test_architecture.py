@@ -53,7 +53,7 @@ LIBRARY_RULES: dict[str, tuple[str, ...]] = {
 # Python folder -> third-party and project modules that it may import.
 PYTHON_RULES: dict[str, tuple[str, ...]] = {
     "importer": ("numpy", "OCP", "trimray.importer", "trimray._core"),
-    "api": ("numpy", "OpenImageIO", "trimesh", "trimray", "trimray.importer"),
+    "api": ("numpy", "OpenImageIO", "PIL", "trimesh", "trimray", "trimray.importer"),
     "cli": ("click", "rich", "numpy", "trimray"),
 }
 

@@ -74,6 +74,14 @@ void bind_view(nb::module_& m) {
             return c;
           },
           nb::arg("zoom"), "The same picture enlarged about its centre.")
+      .def(
+          "turned",
+          [](const view::Camera& c, double angle_deg, const In1<double>& pivot, view::UpAxis up) {
+            if (pivot.shape(0) != 3) throw ArgumentError("pivot must be (3,)");
+            return view::turned(c, angle_deg, {pivot(0), pivot(1), pivot(2)}, up);
+          },
+          nb::arg("angle_deg"), nb::arg("pivot"), nb::arg("up"),
+          "Moved about the upright line through pivot (3,) float64, mm, so that the azimuth grows.")
       .def("rays", &rays,
            "Origins and unit directions, (height * width, 3) float64 each, of the pixel centres.");
 }

@@ -118,6 +118,21 @@ Camera look(double azimuth_deg, double elevation_deg, UpAxis axis) {
   return camera;
 }
 
+Camera turned(const Camera& camera, double angle_deg, const dvec3& pivot, UpAxis axis) {
+  dvec3 right{0.0}, up{0.0};
+  front_axes(axis, right, up);
+  double c, s;
+  cos_sin_deg(angle_deg, c, s);
+  const auto turn = [&](const dvec3& v) {  // Rodrigues' formula
+    const dvec3 upright = glm::dot(v, up) * up, level = v - upright;
+    return upright + c * level + s * glm::cross(up, v);
+  };
+  Camera result = camera;
+  result.eye = pivot + turn(camera.eye - pivot);
+  result.right = turn(camera.right), result.up = turn(camera.up), result.forward = turn(camera.forward);
+  return result;
+}
+
 Camera fit(const Camera& directions, std::span<const dvec3> points, const FitOptions& options) {
   static constexpr dvec3 kOrigin{0.0};
   if (points.empty()) points = {&kOrigin, 1};

@@ -34,6 +34,10 @@ enum class UpAxis { kX, kY, kZ, kMinusX, kMinusY, kMinusZ };
 // The other fields of the camera keep their defaults.
 Camera look(double azimuth_deg, double elevation_deg, UpAxis up);
 
+// The camera of look(), moved about the upright line through pivot by an angle (degrees) that its azimuth
+// grows by.
+Camera turned(const Camera& camera, double angle_deg, const dvec3& pivot, UpAxis up);
+
 // What a camera shows of the points it is fitted to.
 struct FitOptions {
   int width_px = 512, height_px = 512;  // both >= 1

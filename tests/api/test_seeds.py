@@ -55,7 +55,7 @@ def test_wrong_seeds_change_nothing(model: trimray.Model, process: str) -> None:
             assert picture(model, camera, seeds) == expected
 
 
-def test_seeds_of_another_size_change_nothing(model: trimray.Model) -> None:
+def test_seeds_of_another_size_are_refused(model: trimray.Model) -> None:
     camera = model.camera(SIZE)
     seeds = _core.Seeds.from_arrays(
         np.ones((3, 5), np.uint32),
@@ -63,7 +63,8 @@ def test_seeds_of_another_size_change_nothing(model: trimray.Model) -> None:
         np.zeros((1, 2), np.int32),
         np.zeros((1, 2), np.float32),
     )
-    assert picture(model, camera, seeds) == picture(model, camera, None)
+    with pytest.raises(_core.CoreError, match="another size"):
+        picture(model, camera, seeds)
 
 
 @pytest.mark.parametrize("process", ["uv", "id"])

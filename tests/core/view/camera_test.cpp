@@ -112,5 +112,27 @@ TEST(Camera, FitOfAPointALineAndNothingIsFinite) {
   }
 }
 
+TEST(Camera, TurningIsLookingFromAnotherAzimuth) {
+  for (const UpAxis up : {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusZ}) {
+    for (const double angle : {0.0, 37.5, 90.0, -200.0, 360.0}) {
+      Camera camera = look(20.0, 35.0, up);
+      camera.eye = {3.0, -2.0, 5.0};
+      const dvec3 pivot{1.0, 7.0, -4.0};
+      const Camera turn = turned(camera, angle, pivot, up), wanted = look(20.0 + angle, 35.0, up);
+      EXPECT_LT(glm::length(turn.right - wanted.right), 1e-14);
+      EXPECT_LT(glm::length(turn.up - wanted.up), 1e-14);
+      EXPECT_LT(glm::length(turn.forward - wanted.forward), 1e-14);
+      // The pivot is seen at the same place, from as far.
+      const dvec3 before = pivot - camera.eye, after = pivot - turn.eye;
+      EXPECT_NEAR(glm::dot(before, camera.right), glm::dot(after, turn.right), 1e-13);
+      EXPECT_NEAR(glm::dot(before, camera.up), glm::dot(after, turn.up), 1e-13);
+      EXPECT_NEAR(glm::dot(before, camera.forward), glm::dot(after, turn.forward), 1e-13);
+      if (angle == 0.0) {
+        EXPECT_LT(glm::length(turn.eye - camera.eye), 1e-14);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trimray::view
