@@ -123,15 +123,16 @@ Projection::Projection(const view::Camera& camera, const Transform& placement, c
 
 bool Projection::sees(const Box3& box) const {
   // Outside when all corners are beyond the same plane of the frustum, two pixels wider than the picture.
-  const double wide[2] = {1.0 + 4.0 / window.width, 1.0 + 4.0 / window.height};
+  const double wide = 1.0 + 4.0 / window.width, high = 1.0 + 4.0 / window.height;
   int outside = 0x3f;
   for_corners(box, [&](const dvec3& p) {
-    const double w = glm::dot(rows[2], p) + shift[2];
+    const double x = glm::dot(rows[0], p) + shift.x, y = glm::dot(rows[1], p) + shift.y;
+    const double w = glm::dot(rows[2], p) + shift.z;
     int planes = 0;
-    for (int k = 0; k < 2; ++k) {
-      const double x = glm::dot(rows[k], p) + shift[k];
-      planes |= (x < -wide[k] * w ? 1 : 0) << (2 * k) | (x > wide[k] * w ? 2 : 0) << (2 * k);
-    }
+    if (x < -wide * w) planes |= 1;
+    if (x > wide * w) planes |= 2;
+    if (y < -high * w) planes |= 4;
+    if (y > high * w) planes |= 8;
     const double depth = glm::dot(depth_row, p) + depth_shift;
     if (perspective ? w < near : depth > 1.0) planes |= 16;
     if (!perspective && depth < 0.0) planes |= 32;

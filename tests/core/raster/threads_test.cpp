@@ -38,7 +38,7 @@ struct Scene {
 
 class Threads : public EachBackend {
  protected:
-  const Scene scene;
+  const Scene scene{};
 };
 INSTANTIATE_TEST_SUITE_P(Backends, Threads, ::testing::ValuesIn(kBackends), backend_test_name);
 
