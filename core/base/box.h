@@ -19,7 +19,9 @@ struct Box {
   Vec extent() const { return upper - lower; }
   double diagonal() const { return empty() ? 0.0 : glm::length(extent()); }
   bool contains(const Vec& p) const {
-    return glm::all(glm::lessThanEqual(lower, p)) && glm::all(glm::lessThanEqual(p, upper));
+    for (int a = 0; a < Vec::length(); ++a)
+      if (!(lower[a] <= p[a] && p[a] <= upper[a])) return false;
+    return true;
   }
 };
 

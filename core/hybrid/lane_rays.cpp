@@ -40,12 +40,13 @@ void LaneRaysKernel(const view::Camera& c, const hybrid::InstanceView& view, con
     const Lanes x = (load(x_px + i) - Lanes(0.5 * c.width_px)) * Lanes(c.pixel);
     const Lanes y = (Lanes(0.5 * c.height_px) - load(y_px + i)) * Lanes(c.pixel);
     RayLane org, dir;
-    Lanes scale(view.scale);
+    Lanes scale(view.scale), depth(1.0);
     if (c.perspective) {
       org = {Lanes(c.eye.x), Lanes(c.eye.y), Lanes(c.eye.z)};
       dir = in_picture(c.forward, c.right, c.up, x, y);
       const Lanes inverse = Lanes(1.0) / sqrt(length2(dir));
       dir = {dir.x * inverse, dir.y * inverse, dir.z * inverse};
+      depth = inverse;
       if (!instance.identity) dir = times(instance.to_prototype, dir);
       const Lanes squared = length2(dir);
       const Mask unit = abs(squared - Lanes(1.0)) <= Lanes(trace::kUnitSlack);
@@ -63,7 +64,7 @@ void LaneRaysKernel(const view::Camera& c, const hybrid::InstanceView& view, con
     }
     store(org, rays.org_x + i, rays.org_y + i, rays.org_z + i);
     store(dir, rays.dir_x + i, rays.dir_y + i, rays.dir_z + i);
-    store(scale, scales.scale + i);
+    store(scale, scales.scale + i), store(depth, scales.depth + i);
   }
 }
 

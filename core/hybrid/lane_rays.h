@@ -9,9 +9,9 @@
 
 namespace trimray::hybrid {
 
-// t in the instance = t in the world * scale.
+// t in the instance = t in the world * scale; depth = t in the world * depth, up to rounding.
 struct LaneScales {
-  alignas(64) double scale[trace::kLanes];
+  alignas(64) double scale[trace::kLanes], depth[trace::kLanes];
 };
 
 // Rays of up to kLanes places of the picture, px from its left and top: bit by bit those of Camera::ray and

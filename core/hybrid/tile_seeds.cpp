@@ -112,8 +112,8 @@ void TileTracer::seeded_patch(const InstanceView& view, std::int32_t patch, trac
                                                     roots.u, roots.v, same, &tests);
     for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
-      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]}, outward = reversed ? -n : n;
-      consider(view, slots[k], roots.t[k], scales.scale[k], p.face, {roots.u[k], roots.v[k]}, &outward);
+      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
+      consider(view, slots[k], roots.t[k], scales, k, p.face, {roots.u[k], roots.v[k]}, reversed ? -n : n);
       ++stats_.seeded;
     }
   }
@@ -141,10 +141,9 @@ void TileTracer::seeded_closed(const InstanceView& view, std::int32_t face,
     const std::uint32_t in = view.prototype->inside(face, roots.u[r], roots.v[r], found);
     for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
-      const dvec3 n{roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]},
-          outward = reversed ? -n : n;
-      consider(view, slots[k], roots.t[r][k], scales.scale[k], face, {roots.u[r][k], roots.v[r][k]},
-               &outward);
+      const dvec3 n{roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]};
+      consider(view, slots[k], roots.t[r][k], scales, k, face, {roots.u[r][k], roots.v[r][k]},
+               reversed ? -n : n);
       ++stats_.seeded;
     }
     open &= ~in;

@@ -118,32 +118,18 @@ int TileTracer::rays(const InstanceView& view, std::span<const std::int32_t> slo
   return count;
 }
 
-bool TileTracer::inside(const InstanceView& view, const ScenePrimitive& p, const Box2& core, dvec2 raw,
-                        dvec2& wrapped) const {
-  wrapped = view.prototype->trim.wrap(p.face, raw);
-  if (p.inside && (core.contains(raw) || core.contains(wrapped))) return true;
-  return view.prototype->inside(p.face, wrapped);
-}
-
-void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local, double scale,
-                          std::int32_t face, dvec2 uv, const dvec3* normal, std::int32_t triangle) {
-  const double t = t_local / scale, best = state_.t(slot);
+void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local,
+                          const LaneScales& scales, int lane, std::int32_t face, dvec2 uv,
+                          const dvec3& normal, std::int32_t triangle) {
+  const double t = t_local / scales.scale[lane], best = state_.t(slot);
   if (!(t >= 0.0 && t <= best)) return;
   const HitPlace place{view.index, face, uv, triangle};
   SlotHit& hit = state_.hits[slot];
   if (t == best && TileState::has(state_.has_hit, slot) && !comes_before(place, hit.place)) return;
-  hit.t = t, hit.place = place;
-  if (normal) hit.normal = *normal;
+  hit.t = t, hit.place = place, hit.normal = normal;
   TileState::set(state_.has_hit, slot);
-  double depth = t;
-  if (view_.camera.perspective) {
-    const dvec2 at = tile_.places[slot / kTileSlots];
-    const int x = tile_.x0 + slot % kMaxTile, y = tile_.y0 + slot % kTileSlots / kMaxTile;
-    const double dx = (x + at.x - 0.5 * view_.camera.width_px) * view_.camera.pixel,
-                 dy = (y + at.y - 0.5 * view_.camera.height_px) * view_.camera.pixel;
-    depth = t / std::sqrt(1.0 + dx * dx + dy * dy) * (1.0 + 1e-14);
-  }
-  state_.best[slot] = depth_above(depth - view_.reference);
+  // The middle ray's own length makes depth out of t, to some ulp.
+  state_.best[slot] = depth_above(t * scales.depth[lane] * (1.0 + 1e-14) - view_.reference);
 }
 
 void TileTracer::solve(const InstanceView& view, std::int32_t primitive,
@@ -165,14 +151,14 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
                              std::span<const std::int32_t> slots) {
   const trace::ClosedLeaf& leaf = view.prototype->closed_leaves[p.leaf];
   const trace::ClosedForm& form = view.prototype->form(p.face);
-  const bool reversed = view.prototype->store.faces[p.face].reversed;
+  const bool reversed = p.reversed;
   // True where the root counts: the next one of the ray lies behind it.
-  const auto root = [&](std::int32_t slot, double t, double scale, dvec2 raw, const dvec3& normal) {
-    if (t / scale > state_.t(slot)) return true;
+  const auto root = [&](std::int32_t slot, double t, const LaneScales& scales, int lane, dvec2 raw,
+                        const dvec3& normal) {
+    if (t / scales.scale[lane] > state_.t(slot)) return true;
     dvec2 uv;
-    if (!inside(view, p, leaf.core, raw, uv)) return false;
-    const dvec3 n = reversed ? -normal : normal;
-    consider(view, slot, t, scale, p.face, uv, &n);
+    if (!view.prototype->inside(p, leaf.core, raw, uv)) return false;
+    consider(view, slot, t, scales, lane, p.face, uv, reversed ? -normal : normal);
     return true;
   };
   for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
@@ -186,7 +172,7 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
             closed_form_roots(form, {lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
                               {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]}, leaf.uv, 0.0, kInf, roots);
         for (int r = 0; r < found; ++r)
-          if (root(slots[begin + k], roots[r].t, scales.scale[k], roots[r].uv, roots[r].normal)) break;
+          if (root(slots[begin + k], roots[r].t, scales, k, roots[r].uv, roots[r].normal)) break;
       }
       continue;
     }
@@ -205,10 +191,9 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
       const std::uint32_t in = view.prototype->inside(p, leaf.core, roots.u[r], roots.v[r], found, &tests);
       for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
         const int k = std::countr_zero(rest);
-        const dvec3 n{roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]},
-            outward = reversed ? -n : n;
-        consider(view, slots[begin + k], roots.t[r][k], scales.scale[k], p.face,
-                 {roots.u[r][k], roots.v[r][k]}, &outward);
+        const dvec3 n{roots.normal_x[r][k], roots.normal_y[r][k], roots.normal_z[r][k]};
+        consider(view, slots[begin + k], roots.t[r][k], scales, k, p.face, {roots.u[r][k], roots.v[r][k]},
+                 reversed ? -n : n);
       }
       left &= ~in;
     }
@@ -234,26 +219,27 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
                             std::span<const std::int32_t> slots) {
   const trace::PatchSet& patches = view.prototype->patches;
   const trace::PatchLeaf& leaf = patches.leaves()[p.leaf];
-  const bool reversed = view.prototype->store.faces[p.face].reversed;
-  const auto root = [&](std::int32_t slot, double t, double scale, dvec2 raw, const dvec3& normal) {
-    if (!(t >= 0.0 && t / scale <= state_.t(slot))) return;
+  const bool reversed = p.reversed;
+  const auto root = [&](std::int32_t slot, double t, const LaneScales& scales, int lane, dvec2 raw,
+                        const dvec3& normal) {
+    if (!(t >= 0.0 && t / scales.scale[lane] <= state_.t(slot))) return;
     dvec2 uv;
-    if (inside(view, p, leaf.uv_face, raw, uv)) consider(view, slot, t, scale, p.face, uv, &normal);
+    if (view.prototype->inside(p, leaf.uv_face, raw, uv))
+      consider(view, slot, t, scales, lane, p.face, uv, normal);
   };
   trace::OpenLanes waiting;
-  double open_scale[trace::kLanes];
+  LaneScales open_scales;
   const auto open_lanes = [&] {
     thread_local std::vector<trace::LaneRoot> found;
     found.clear();
     patches.open_roots(p.leaf, waiting.rays, found);
-    for (const auto& [k, r] : found) root(waiting.index[k], r.t, open_scale[k], r.uv_face, r.normal);
+    for (const auto& [k, r] : found) root(waiting.index[k], r.t, open_scales, k, r.uv_face, r.normal);
     waiting.count = 0;
   };
   for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
     trace::RayLanes lanes;
     LaneScales scales;
     rays(view, slots.subspan(begin), lanes, scales);
-    const double* const scale = scales.scale;
     lanes.active &= ~ruled_out(view, p.leaf, leaf.patch, slots.subspan(begin), lanes);
     if (lanes.active == 0) continue;
     trace::RootLanes roots;
@@ -267,18 +253,19 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
       const int k = std::countr_zero(rest);
       const std::int32_t slot = slots[begin + k];
       state_.know(slot, {view.index, kNoFace, -1, leaf.patch, roots.param_u[k], roots.param_v[k]});
-      if (roots.t[k] >= 0.0 && roots.t[k] / scale[k] <= state_.t(slot)) in |= 1u << k;
+      if (roots.t[k] >= 0.0 && roots.t[k] / scales.scale[k] <= state_.t(slot)) in |= 1u << k;
     }
     std::uint64_t tests = 0;
     in = view.prototype->inside(p, leaf.uv_face, roots.u, roots.v, in, &tests);
     for (std::uint32_t rest = in; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
-      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]}, outward = reversed ? -n : n;
-      consider(view, slots[begin + k], roots.t[k], scale[k], p.face, {roots.u[k], roots.v[k]}, &outward);
+      const dvec3 n{roots.normal_x[k], roots.normal_y[k], roots.normal_z[k]};
+      consider(view, slots[begin + k], roots.t[k], scales, k, p.face, {roots.u[k], roots.v[k]},
+               reversed ? -n : n);
     }
     for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
-      open_scale[waiting.count] = scale[k];
+      open_scales.scale[waiting.count] = scales.scale[k], open_scales.depth[waiting.count] = scales.depth[k];
       waiting.add(lanes, k, slots[begin + k]);
       if (waiting.count == trace::kLanes) open_lanes();
     }
@@ -289,25 +276,22 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
 void TileTracer::triangle_block(const InstanceView& view, const ScenePrimitive& p,
                                 std::span<const std::int32_t> slots) {
   const trace::TriangleBlock& block = view.prototype->triangles.blocks[p.leaf];
-  trace::RayShear shears[trace::kPacketSize];
-  double scale[trace::kPacketSize];
   for (std::size_t begin = 0; begin < slots.size(); begin += trace::kLanes) {
     trace::RayLanes lanes;
     LaneScales scales;
-    const int count = rays(view, slots.subspan(begin), lanes, scales);
-    for (int k = 0; k < count; ++k) {
-      scale[begin + k] = scales.scale[k];
-      shears[begin + k] = trace::RayShear({lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
-                                          {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]});
+    const int lane_count = rays(view, slots.subspan(begin), lanes, scales);
+    trace::RayShear shears[trace::kLanes];
+    for (int k = 0; k < lane_count; ++k)
+      shears[k] = trace::RayShear({lanes.org_x[k], lanes.org_y[k], lanes.org_z[k]},
+                                  {lanes.dir_x[k], lanes.dir_y[k], lanes.dir_z[k]});
+    trace::TriangleCrossing crossings[trace::kLanes * trace::kTrianglesPerBlock];
+    const int count =
+        cross_triangles(block, {shears, static_cast<std::size_t>(lane_count)}, lanes.active, crossings);
+    for (int i = 0; i < count; ++i) {
+      const trace::TriangleCrossing& c = crossings[i];
+      consider(view, slots[begin + c.ray], c.t, scales, c.ray, p.face, c.weights, dvec3(0.0),
+               block.triangle[c.lane]);
     }
-  }
-  const std::uint64_t active = ~std::uint64_t{0} >> (64 - slots.size());
-  trace::TriangleCrossing crossings[trace::kPacketSize * trace::kTrianglesPerBlock];
-  const int count = cross_triangles(block, shears, active, crossings);
-  for (int k = 0; k < count; ++k) {
-    const trace::TriangleCrossing& c = crossings[k];
-    if (c.t >= 0.0)
-      consider(view, slots[c.ray], c.t, scale[c.ray], p.face, c.weights, nullptr, block.triangle[c.lane]);
   }
 }
 
@@ -326,7 +310,12 @@ void TileTracer::edges() {
 void TileTracer::finish(trace::TileHits& out) {
   trace::TraceStats counters;
   const std::size_t places = tile_.places.size();
-  const HitPlace nothing;
+  std::size_t most = 0;
+  for (std::size_t row = 0; row < state_.has_hit.size(); ++row)
+    most += std::popcount(state_.has_hit[row] | state_.near_edge[row]);
+  out.ray.resize(most), out.hit.resize(most);
+  std::size_t count = 0;
+  const bool parallel = !view_.camera.perspective;
   for (int y = 0; y < height_; ++y) {
     std::uint64_t pixels = 0;
     for (std::size_t p = 0; p < places; ++p)
@@ -335,22 +324,29 @@ void TileTracer::finish(trace::TileHits& out) {
       const int x = std::countr_zero(pixels);
       for (std::size_t p = 0; p < places; ++p) {
         const auto slot = static_cast<std::int32_t>(p * kTileSlots) + y * kMaxTile + x;
-        const bool found = TileState::has(state_.has_hit, slot),
-                   near_edge = TileState::has(state_.near_edge, slot);
-        if (!found && !near_edge) continue;
-        const SlotHit& hit = state_.hits[slot];
-        const dvec2& place = tile_.places[p];
-        const view::CameraRay ray = view_.camera.ray(tile_.x0 + x + place.x, tile_.y0 + y + place.y);
-        const Hit finished = view_.scene->finish({ray.org, ray.dir, 0.0, kInf}, found ? hit.place : nothing,
-                                                 found ? hit.t : kInf, hit.normal, near_edge, counters);
-        if (finished.face == kNoFace) continue;
-        out.ray.push_back(static_cast<std::int32_t>((y * width_ + x) * places + p));
-        out.hit.push_back(finished);
+        const bool found = TileState::has(state_.has_hit, slot);
+        bool ask = TileState::has(state_.near_edge, slot);
+        if (!found && !ask) continue;
+        const auto ray = [&] {
+          const dvec2& place = tile_.places[p];
+          const view::CameraRay r = view_.camera.ray(tile_.x0 + x + place.x, tile_.y0 + y + place.y);
+          return trace::Ray{r.org, r.dir, 0.0, kInf};
+        };
+        Hit& hit = out.hit[count];
+        hit = Hit{};
+        if (found) {
+          const SlotHit& best = state_.hits[slot];
+          hit = view_.scene->hit_at(best.place, best.t, best.normal);
+          ask |= view_.scene->grazes(hit, best.place, parallel ? view_.camera.forward : ray().dir);
+        }
+        if (ask) hit = view_.scene->decide(ray(), hit, counters);
+        if (hit.face != kNoFace) out.ray[count++] = static_cast<std::int32_t>((y * width_ + x) * places + p);
       }
     }
   }
+  out.ray.resize(count), out.hit.resize(count);
   stats_.rays += tile_.rays();
-  stats_.hits += out.hit.size();
+  stats_.hits += count;
   stats_.edge_rays += counters.edge_rays;
 }
 

@@ -55,10 +55,9 @@ class TileTracer {
   // Of the first slots, at most kLanes; returns their number.
   int rays(const InstanceView& view, std::span<const std::int32_t> slots, trace::RayLanes& rays,
            LaneScales& scales) const;
-  bool inside(const InstanceView& view, const ScenePrimitive& p, const Box2& core, dvec2 raw,
-              dvec2& wrapped) const;
-  void consider(const InstanceView& view, std::int32_t slot, double t_local, double scale, std::int32_t face,
-                dvec2 uv, const dvec3* normal, std::int32_t triangle = -1);
+  // A root inside the loops; normal: outward, in the prototype.
+  void consider(const InstanceView& view, std::int32_t slot, double t_local, const LaneScales& scales,
+                int lane, std::int32_t face, dvec2 uv, const dvec3& normal, std::int32_t triangle = -1);
   float far() const;  // no ray's best is beyond
 
   const ViewContext& view_;

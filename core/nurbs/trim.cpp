@@ -115,6 +115,11 @@ void TrimIndex::wrap(std::int32_t face, double* u, double* v, std::uint32_t whic
   }
 }
 
+bool TrimIndex::wraps(std::int32_t face) const {
+  const dvec2& period = impl_->faces[face].period;
+  return period.x > 0.0 || period.y > 0.0;
+}
+
 Coverage TrimIndex::coverage(std::int32_t face, const Box2& query) const {
   const FaceTrim& f = impl_->faces[face];
   if (f.rule == Rule::kNothing || query.empty()) return Coverage::kOutside;

@@ -30,6 +30,8 @@ class TrimIndex {
   // Brings a periodic coordinate next to the face's uv_box: u + k * period with the smallest distance
   // from the box's middle.
   dvec2 wrap(std::int32_t face, dvec2 uv_face) const;
+  // Does wrap() ever change a coordinate?
+  bool wraps(std::int32_t face) const;
 
   // Both for the points u[i], v[i] with bit i of `which` set, i < 8, at less cost each. wrap() works in
   // place; the result of inside() is a subset of `which`.

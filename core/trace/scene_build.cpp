@@ -114,6 +114,10 @@ PrototypeScene::PrototypeScene(const NurbsStore& s, std::int32_t prototype, cons
     boxes.push_back(triangles.boxes[i]);
   }
 
+  for (ScenePrimitive& primitive : primitives) {
+    primitive.wraps = trim.wraps(primitive.face);
+    primitive.reversed = store.faces[primitive.face].reversed;
+  }
   for (Box3& b : boxes) {
     if (!finite(b)) b = {};
     box.add(b);

@@ -26,6 +26,8 @@ struct ScenePrimitive {
   std::int32_t leaf = -1;  // into closed_leaves, patches.leaves() or triangles.blocks
   PrimitiveKind kind = PrimitiveKind::kPatch;
   bool inside = false;  // its uv part lies inside the trim loops
+  // Of the face: uv has periods; its outward normal is -(Su x Sv).
+  bool wraps = false, reversed = false;
 };
 
 struct PrototypeScene {
@@ -64,6 +66,12 @@ struct PrototypeScene {
   // which the primitive's own flag speaks. Wraps u and v; adds to *tests how often the loops were asked.
   std::uint32_t inside(const ScenePrimitive& p, const Box2& core, double* u, double* v, std::uint32_t which,
                        std::uint64_t* tests) const;
+  // The same for a root on a leaf; core: the part of uv of which the leaf's own flag speaks. Sets wrapped.
+  bool inside(const ScenePrimitive& p, const Box2& core, dvec2 raw, dvec2& wrapped) const {
+    wrapped = p.wraps ? trim.wrap(p.face, raw) : raw;
+    return (p.inside && (core.contains(raw) || (p.wraps && core.contains(wrapped)))) ||
+           inside(p.face, wrapped);
+  }
   // How far behind a root on the face an edge may be that still decides about it. Along a face that the ray
   // grazes a band is a long way: EdgeRule admits 8 bands = 4 margins, measured across the surface.
   double edge_reach(std::int32_t face, double grazing) const {
@@ -137,11 +145,20 @@ struct Scene::Impl {
 
   // In packets of options.packet; adds to stats.
   void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
-  // The hit at a place that the trim loops alone have found (t = ray.tmax and face kNoFace: none); by the
-  // edge rule where the ray is near an edge. maybe_near_edge: true wherever near_edge() could be, but at
-  // grazing hits. outward: outward, in the prototype; not of triangles.
-  Hit finish(const Ray& ray, const HitPlace& place, double t, const dvec3& outward, bool maybe_near_edge,
-             TraceStats& counters) const;
+  // The hit at a place that the trim loops alone have found. outward: the normal in the prototype; not asked
+  // of triangles.
+  Hit hit_at(const HitPlace& place, double t, const dvec3& outward) const {
+    const InstanceScene& instance = instances[place.instance];
+    const dvec3 n =
+        place.triangle < 0 ? outward : prototypes[instance.prototype]->mesh_normal(place.triangle);
+    return {t, place.face, place.instance, place.uv, instance.normal(n)};
+  }
+  // Such hits are asked for near edges whether they seem to be near one or not.
+  static bool grazes(const Hit& hit, const HitPlace& place, const dvec3& dir) {
+    return place.triangle < 0 && std::abs(glm::dot(hit.normal, dir)) < kGrazing;
+  }
+  // What the edge rule makes of a hit, or of none (kNoFace), that may be near an edge.
+  Hit decide(const Ray& ray, const Hit& hit, TraceStats& counters) const;
   // Is the ray near an edge for a t up to best_t?
   bool near_edge(const Ray& ray, double best_t) const;
   void all_hits(const Ray& ray, std::vector<Hit>& out) const;

@@ -74,14 +74,6 @@ struct InstancePacket {
     boxes.set_tmax(i, t_local);
   }
 
-  // Is the root inside the loops? core: the part of uv of which the leaf's own flag speaks.
-  bool inside(const ScenePrimitive& p, const Box2& core, dvec2 raw, dvec2& wrapped) {
-    wrapped = prototype.trim.wrap(p.face, raw);
-    if (p.inside && (core.contains(raw) || core.contains(wrapped))) return true;
-    ++world.stats.trim_tests;
-    return prototype.inside(p.face, wrapped);
-  }
-
   // Of up to kLanes rays of `active`, which loses them; their numbers go to `index`. The other lanes repeat
   // the first ray. Returns how many.
   int next_lanes(std::uint64_t& active, RayLanes& lanes, int (&index)[kLanes]) const {
@@ -100,7 +92,8 @@ struct InstancePacket {
   bool closed_root(const ScenePrimitive& p, const ClosedLeaf& leaf, int i, double t, dvec2 raw,
                    const dvec3& normal, bool reversed) {
     dvec2 uv;
-    if (!inside(p, leaf.core, raw, uv)) return false;
+    world.stats.trim_tests += !p.inside;
+    if (!prototype.inside(p, leaf.core, raw, uv)) return false;
     const dvec3 outward = reversed ? -normal : normal;
     consider(i, t, p.face, uv, &outward);
     return true;
@@ -154,7 +147,8 @@ struct InstancePacket {
                   const dvec3& normal) {
     if (!(t >= rays.tmin[i] && t <= rays.tmax[i])) return;
     dvec2 uv;
-    if (inside(p, core, raw, uv)) consider(i, t, p.face, uv, &normal);
+    world.stats.trim_tests += !p.inside;
+    if (prototype.inside(p, core, raw, uv)) consider(i, t, p.face, uv, &normal);
   }
 
   void patch_leaf(const ScenePrimitive& p, std::uint64_t active) {
@@ -289,8 +283,8 @@ std::uint32_t PrototypeScene::inside(std::int32_t face, const double* u, const d
 std::uint32_t PrototypeScene::inside(const ScenePrimitive& p, const Box2& core, double* u, double* v,
                                      std::uint32_t which, std::uint64_t* tests) const {
   std::uint32_t certain = p.inside ? contained(core, u, v, which) : 0;
-  trim.wrap(p.face, u, v, which);
-  if (p.inside) certain |= contained(core, u, v, which & ~certain);
+  if (p.wraps) trim.wrap(p.face, u, v, which);
+  if (p.inside && p.wraps) certain |= contained(core, u, v, which & ~certain);
   const std::uint32_t asked = which & ~certain;
   if (asked == 0) return certain;
   *tests += std::popcount(asked);
@@ -309,28 +303,29 @@ void Scene::Impl::nearest(std::span<const Ray> all_rays, std::span<Hit> all_out,
     packet.boxes.set(bvh, packet.rays,
                      count == kPacketSize ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1);
     traverse(bvh, packet.boxes, visit_instance, &packet, &counters.nodes);
-    for (std::size_t i = 0; i < count; ++i)
-      out[i] = finish(rays[i], packet.place[i], packet.rays.tmax[i], packet.normal[i],
-                      (packet.near_edge >> i) & 1, counters);
+    for (std::size_t i = 0; i < count; ++i) {
+      out[i] = Hit{};
+      const HitPlace& place = packet.place[i];
+      bool ask = (packet.near_edge >> i) & 1;
+      if (place.face != kNoFace) {
+        out[i] = hit_at(place, packet.rays.tmax[i], packet.normal[i]);
+        ask |= grazes(out[i], place, rays[i].dir);
+      }
+      if (ask) out[i] = decide(rays[i], out[i], counters);
+    }
   }
 }
 
-Hit Scene::Impl::finish(const Ray& ray, const HitPlace& place, double t, const dvec3& outward,
-                        bool maybe_near_edge, TraceStats& counters) const {
-  Hit hit;
-  double limit = t;
-  bool ask = maybe_near_edge;
-  const std::int32_t face = place.face;
-  if (face != kNoFace) {
-    const InstanceScene& instance = instances[place.instance];
-    const PrototypeScene& prototype = *prototypes[instance.prototype];
-    const dvec3 n = instance.normal(place.triangle >= 0 ? prototype.mesh_normal(place.triangle) : outward);
-    hit = {t, face, place.instance, place.uv, n};
-    const double grazing = std::max(std::abs(glm::dot(n, ray.dir)), 1e-12);
-    ask |= grazing < kGrazing && place.triangle < 0;
-    if (ask) limit += prototype.edge_reach(face, grazing) * instance.largest_stretch;
+Hit Scene::Impl::decide(const Ray& ray, const Hit& hit, TraceStats& counters) const {
+  double limit = hit.t;
+  if (hit.face != kNoFace) {
+    const InstanceScene& instance = instances[hit.instance];
+    const double grazing = std::max(std::abs(glm::dot(hit.normal, ray.dir)), 1e-12);
+    limit += prototypes[instance.prototype]->edge_reach(hit.face, grazing) * instance.largest_stretch;
+  } else {
+    limit = ray.tmax;
   }
-  if (!ask || !near_edge(ray, limit)) return hit;
+  if (!near_edge(ray, limit)) return hit;
   ++counters.edge_rays;
   std::vector<Hit> all;
   all_hits(ray, all);
