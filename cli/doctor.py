@@ -54,6 +54,7 @@ def run() -> int:
         ("raster", _raster),
         ("OpenCascade", _opencascade),
         ("OpenImageIO", _openimageio),
+        ("Pillow", _pillow),
         ("cache", _cache),
         ("configuration", _configuration),
     )
@@ -108,6 +109,20 @@ def _openimageio() -> str:
     frame = Frame({"color": np.ones((2, 2, 4), np.float32)}, (2, 2))
     sizes = [f"{name} {len(encode(frame, name))} B" for name in FORMATS]
     return "writes " + ", ".join(sizes)
+
+
+def _pillow() -> str:
+    import numpy as np
+
+    from trimray import Frame
+    from trimray.animation import encode_animation
+    from trimray.formats import ANIMATIONS
+
+    frames = [Frame({"color": np.full((2, 2, 4), x, np.float32)}, (2, 2)) for x in (1.0, 0.5)]
+    for frame in frames:
+        frame["color"][..., 3] = 1.0
+    sizes = [f"{name} {len(encode_animation(frames, name, 10.0))} B" for name in ANIMATIONS]
+    return "writes moving " + ", ".join(sizes)
 
 
 def _cache() -> str:

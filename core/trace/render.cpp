@@ -43,7 +43,10 @@ class Renderer {
                    options.secondary),
         side_(std::max(options.tile, 1)),
         frame_(options.camera.width_px, options.camera.height_px, options.planes) {
-    const auto rays = [&] { return static_cast<std::size_t>(side_) * side_ * pattern_.size(); };
+    // Secondary rays count, too: a tile is what a wish to stop has to wait for.
+    const std::size_t each =
+        pattern_.size() * (1 + static_cast<std::size_t>(options.secondary.ambient_occlusion) / 16);
+    const auto rays = [&] { return static_cast<std::size_t>(side_) * side_ * each; };
     if (options.planes.time) side_ = std::min(side_, kTimedTile);
     while (side_ > 1 && rays() > kMostRays) side_ = (side_ + 1) / 2;
   }
