@@ -84,11 +84,13 @@ struct OpenLanes {
 // How often all_roots() has returned false on this thread: callers count by the difference.
 std::uint64_t searches_given_up();
 
-// How small leaves are made beyond what the proof of one root wants: a surface is cut into at least `parts` x
-// `parts` leaves, each no farther from flat than the fraction `flatness` of the surface's size.
+// How small leaves are made: a surface is cut into at least `parts` x `parts` leaves, each no farther from
+// flat than the fraction `flatness` of the surface's size, and so that each is proven to have one root for
+// rays that make an angle with its tangent plane whose sine is above `sine`.
 struct LeafDetail {
   int parts = 1;
   double flatness = kInf;
+  double sine = 0.25;
 };
 
 class PatchSet {

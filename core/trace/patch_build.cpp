@@ -227,6 +227,8 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
   for (const auto* parts : {&parts_u, &parts_v})
     for (std::size_t k = 1; k < parts->size(); ++k) pool.breaks.push_back((*parts)[k].lower);
   const double flat_mm = detail.flatness < kInf ? detail.flatness * surface_size(store, surface) : kInf;
+  // Offsets have no search in lanes for what the proof leaves open.
+  const double sine = surface.offset == 0.0 ? detail.sine : std::min(detail.sine, LeafDetail{}.sine);
   const auto share = [&](const std::vector<SpanPart>& parts) {
     const int count = static_cast<int>(parts.size());
     return (detail.parts + count - 1) / count;
@@ -236,7 +238,7 @@ void append_spans(const nurbs::NurbsStore& store, std::int32_t face, const Box2&
     for (const SpanPart& pv : parts_v) {
       const auto append = [&](const ParamCurve& u, const ParamCurve& v) {
         return append_patch({face, surface.degree_u, surface.degree_v, cutter.piece(pv.span, v),
-                             surface.offset, f.reversed, u, v, share(parts_u), share(parts_v), flat_mm},
+                             surface.offset, f.reversed, u, v, share(parts_u), share(parts_v), flat_mm, sine},
                             pool);
       };
       pool.cells.push_back(static_cast<std::int32_t>(pool.patches.size()));

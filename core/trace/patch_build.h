@@ -20,8 +20,9 @@ struct PatchInput {
   double offset = 0.0;
   bool reversed = false;
   ParamCurve u, v;
-  int parts_u = 1, parts_v = 1;  // leaves in a row, at least
-  double flat_mm = kInf;         // leaves are no farther than this from flat
+  int parts_u = 1, parts_v = 1;     // leaves in a row, at least
+  double flat_mm = kInf;            // leaves are no farther than this from flat
+  double sine = LeafDetail{}.sine;  // LeafDetail's
 };
 bool append_patch(const PatchInput& input, PatchPool& pool);
 

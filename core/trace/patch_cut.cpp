@@ -9,9 +9,7 @@
 namespace trimray::trace {
 namespace {
 
-// Leaves are halved until rays steeper than this against the tangent plane are proven to meet them once,
-// or the cuts are used up.
-constexpr double kLeafSine = 0.25;
+// Leaves are halved until the proof of one root holds for rays as flat as wanted, or so often.
 constexpr int kMaxCuts = 8;
 constexpr int kMaxCutsAtPole = 6;  // a leaf at a collapsed side is never proven
 
@@ -20,13 +18,13 @@ bool touches_pole(const Patch& patch, const SubDomain& d) {
          ((patch.poles & kSideV0) && d.v0 <= 0.0) || ((patch.poles & kSideV1) && d.v1 >= 1.0);
 }
 
-// Returns the part's place in the tree, as LeafSplit::child.
-std::int32_t cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& pool) {
+// sine: PatchInput's. Returns the part's place in the tree, as LeafSplit::child.
+std::int32_t cut(std::int32_t index, const SubDomain& d, int cuts, double sine, PatchPool& pool) {
   const Patch patch = pool.patches[index];
   const dvec4* net = pool.net.data() + patch.net;
   const LeafProof proof = prove_leaf(patch, net, d);
   const int allowed = touches_pole(patch, d) ? kMaxCutsAtPole : kMaxCuts;
-  if (proof.sine > kLeafSine && cuts < allowed) {
+  if (proof.sine > sine && cuts < allowed) {
     SubDomain low = d, high = d;
     const bool in_u = std::isfinite(proof.bend_u) && proof.bend_u != proof.bend_v
                           ? proof.bend_u > proof.bend_v
@@ -37,7 +35,8 @@ std::int32_t cut(std::int32_t index, const SubDomain& d, int cuts, PatchPool& po
       low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
     const auto place = static_cast<std::int32_t>(pool.splits.size());
     pool.splits.push_back({static_cast<float>(in_u ? low.u1 : low.v1), in_u, {-1, -1}});
-    const std::int32_t below = cut(index, low, cuts + 1, pool), above = cut(index, high, cuts + 1, pool);
+    const std::int32_t below = cut(index, low, cuts + 1, sine, pool),
+                       above = cut(index, high, cuts + 1, sine, pool);
     pool.splits[place].child[0] = below, pool.splits[place].child[1] = above;
     return place;
   }
@@ -72,13 +71,14 @@ int flat_parts(const dvec4* net, int degree, int stride, int across, int across_
 struct UniformCut {
   std::int32_t index;
   int nu, nv, cuts;  // cuts: what the parts amount to
+  double sine;
   PatchPool& pool;
 
   // Of the parts [i0, i1) x [j0, j1), as cut().
   std::int32_t operator()(int i0, int i1, int j0, int j1) const {
     const auto u = [&](int i) { return static_cast<double>(i) / nu; };
     const auto v = [&](int j) { return static_cast<double>(j) / nv; };
-    if (i1 - i0 == 1 && j1 - j0 == 1) return cut(index, {u(i0), u(i1), v(j0), v(j1)}, cuts, pool);
+    if (i1 - i0 == 1 && j1 - j0 == 1) return cut(index, {u(i0), u(i1), v(j0), v(j1)}, cuts, sine, pool);
     const bool in_u = i1 - i0 >= j1 - j0;
     const int i = (i0 + i1) / 2, j = (j0 + j1) / 2;
     const auto place = static_cast<std::int32_t>(pool.splits.size());
@@ -98,7 +98,7 @@ std::int32_t cut_patch(std::int32_t index, const PatchInput& input, PatchPool& p
             nv = std::max(input.parts_v, flat_parts(input.net, dv, 1, du, dv + 1, input.flat_mm));
   int cuts = 0;
   while (1 << cuts < nu * nv) ++cuts;
-  return UniformCut{index, nu, nv, cuts, pool}(0, nu, 0, nv);
+  return UniformCut{index, nu, nv, cuts, input.sine, pool}(0, nu, 0, nv);
 }
 
 }  // namespace trimray::trace

@@ -20,9 +20,9 @@ namespace {
 // has 13,018; about so many these give.
 constexpr LeafDetail kPaperDetail{5, 7.2e-4};
 
-// LeafBoxes::kTuned, of patches. Flatter leaves than one root wants: long bent ones have wide boxes, and rays
-// that graze them are left to subdivision.
-constexpr LeafDetail kTunedDetail{1, 1.5e-3};
+// LeafBoxes::kTuned, of patches. Flatter leaves than one root wants: long bent ones have wide boxes. The rays
+// that graze them cost little in full lanes; proofs for them would cost more leaves.
+constexpr LeafDetail kTunedDetail{1, 1.5e-3, 0.5};
 
 // Twice the widest band among the face's edges: what the edge rule may still want to admit.
 std::vector<double> face_margins(const NurbsStore& store, const nurbs::Prototype& p) {
