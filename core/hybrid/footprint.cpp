@@ -21,7 +21,20 @@ using Float = hn::Vec<Floats>;
 // Of a sum of some floats that have been rounded, with a margin.
 constexpr float kRounding = 1e-6f;
 
+// Footprints of perspective views that reach no farther from their middle, px, are plain.
+constexpr float kPlainPx = 9.0f;
+
 HWY_INLINE Float set(float x) { return hn::Set(Floats(), x); }
+
+template <class Mask>
+HWY_INLINE std::uint64_t bits_of(Mask mask) {
+  const Floats d;
+  alignas(8) std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  std::uint16_t bits;
+  std::memcpy(&bits, bytes, 2);
+  return bits & ((std::uint64_t{1} << hn::Lanes(d)) - 1);
+}
 
 struct Vec {
   Float x, y, z;
@@ -115,7 +128,10 @@ struct Setup {
                       hn::MulAdd(hn::Abs(e.y), xz, hn::Mul(hn::Abs(e.z), hn::Mul(half, hn::Add(x, y)))));
   }
 
-  HWY_INLINE void perspective(const Vec& c, const Vec& a, const Vec& b, const Vec& k, int i) const {
+  // near: of the hulls; middle_x to reach_y: the middle and half the size of the footprints, px. Returns
+  // which of them are plain: so small that the largest limits and the least depth in them will do.
+  HWY_INLINE std::uint32_t perspective(const Vec& c, const Vec& a, const Vec& b, const Vec& k, Float middle_x,
+                                       Float middle_y, Float reach_x, Float reach_y, int i) const {
     const Floats d;
     // g . b = d . (b x c), and so on.
     const Function u = along(cross(b, c)), v = along(cross(a, c)), w = along(cross(k, c));
@@ -132,17 +148,28 @@ struct Setup {
     const Float slack_ab = hn::Add(ab.rounding(half), product(a, b));
     const Float slack_ak = hn::Add(ak.rounding(half), product(a, k));
     const Float slack_bk = hn::Add(bk.rounding(half), product(b, k));
-    hn::Store(hn::Add(hn::Add(u.rounding(half), moved(c, b)), hn::Add(slack_ab, slack_bk)), d,
-              out.limit_u + i);
-    hn::Store(hn::Add(hn::Add(v.rounding(half), moved(c, a)), hn::Add(slack_ab, slack_ak)), d,
-              out.limit_v + i);
-    hn::Store(hn::Add(hn::Add(w.rounding(half), moved(c, k)), hn::Add(slack_ak, slack_bk)), d,
-              out.limit_k + i);
+    const Float most = set(kPlainPx);
+    const auto plain = hn::And(hn::Le(reach_x, most), hn::Le(reach_y, most));
+    const auto largest = [&](const Function& f) HWY_ATTR {
+      const Float at = hn::MulAdd(f.dx, middle_x, hn::MulAdd(f.dy, middle_y, f.at));
+      return hn::MulAdd(reach_x, hn::Abs(f.dx), hn::MulAdd(reach_y, hn::Abs(f.dy), hn::Abs(at)));
+    };
+    const Float most_ab = largest(ab), most_ak = largest(ak), most_bk = largest(bk);
+    const auto limit = [&](const Function& f, const Vec& e, Float p, Float q, Float slack,
+                           float* bound) HWY_ATTR {
+      const Float rounded = hn::Add(hn::Add(f.rounding(half), moved(c, e)), slack);
+      hn::Store(hn::Add(rounded, hn::IfThenElseZero(plain, hn::Add(p, q))), d, bound + i);
+    };
+    limit(u, b, most_ab, most_bk, hn::Add(slack_ab, slack_bk), out.limit_u);
+    limit(v, a, most_ab, most_ak, hn::Add(slack_ab, slack_ak), out.limit_v);
+    limit(w, k, most_ak, most_bk, hn::Add(slack_ak, slack_bk), out.limit_k);
     // Depth minus reference = (c . ab - reference d . ab) / (d . ab).
     const Float reference = set(-frame.reference);
     const Function numerator{hn::MulAdd(reference, ab.at, dot(normal, c)), hn::Mul(reference, ab.dx),
                              hn::Mul(reference, ab.dy)};
-    numerator.store(out.depth, i);
+    hn::Store(hn::IfThenElse(plain, set(-kFarDepth), numerator.at), d, out.depth.at + i);
+    hn::Store(hn::IfThenZeroElse(plain, numerator.dx), d, out.depth.dx + i);
+    hn::Store(hn::IfThenZeroElse(plain, numerator.dy), d, out.depth.dy + i);
     const Float r = set(4.0f * kRounding);
     Float slack = hn::Mul(hn::Abs(normal.x), hn::MulAdd(r, hn::Abs(c.x), error_x));
     slack = hn::MulAdd(hn::Abs(normal.y), hn::MulAdd(r, hn::Abs(c.y), error_y), slack);
@@ -158,6 +185,7 @@ struct Setup {
         hn::MulAdd(sum_abs(a.x, a.y, a.z), hn::Abs(b.z), hn::Mul(hn::Abs(a.z), sum_abs(b.x, b.y, b.z))));
     hn::Store(hn::Add(slack, lateral), d, out.slack_depth + i);
     hn::Store(slack_ab, d, out.slack_ab + i);
+    return static_cast<std::uint32_t>(bits_of(plain));
   }
 };
 
@@ -178,6 +206,7 @@ void SetupKernel(const TileFrame& frame, const float* hulls, const std::int32_t*
   const Floats d;
   const hn::Rebind<std::int32_t, Floats> di;
   const int lanes = static_cast<int>(hn::Lanes(d));
+  std::uint32_t plain = 0;
   const Setup setup{
       frame, out, set(frame.half), set(frame.error[0]), set(frame.error[1]), set(frame.error[2])};
   for (int i = 0; i < count; i += lanes) {
@@ -218,21 +247,20 @@ void SetupKernel(const TileFrame& frame, const float* hulls, const std::int32_t*
     }
     store_range(left, right, width, out.x0 + i, out.x1 + i);
     store_range(top, bottom, height, out.y0 + i, out.y1 + i);
-    if (frame.perspective)
-      setup.perspective(c, v[1], v[2], v[3], i);
-    else
+    if (frame.perspective) {
+      const Float one_half = set(0.5f);
+      // A place may be half a pixel from the middle of its own.
+      const Float reach_x = hn::MulAdd(one_half, hn::Sub(right, left), set(1.0f)),
+                  reach_y = hn::MulAdd(one_half, hn::Sub(bottom, top), set(1.0f));
+      plain |= setup.perspective(c, v[1], v[2], v[3], hn::Mul(one_half, hn::Add(left, right)),
+                                 hn::Mul(one_half, hn::Add(top, bottom)), reach_x, reach_y, i)
+               << i;
+    } else {
       setup.orthographic(c, v[1], v[2], v[3], i);
+      plain |= 0xffffu << i;
+    }
   }
-}
-
-template <class Mask>
-HWY_INLINE std::uint64_t bits_of(Mask mask) {
-  const Floats d;
-  alignas(8) std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint16_t bits;
-  std::memcpy(&bits, bytes, 2);
-  return bits & ((std::uint64_t{1} << hn::Lanes(d)) - 1);
+  out.plain = plain;
 }
 
 // One leaf's function along a row.
@@ -292,12 +320,13 @@ bool CoverKernel(const Footprints& f, int leaf, const float* best, float x, floa
   const int lanes = static_cast<int>(hn::Lanes(Floats()));
   const int first = f.x0[leaf] / lanes * lanes, last = f.x1[leaf];
   const std::uint64_t wanted = (~std::uint64_t{0} >> (64 - (last - f.x0[leaf]))) << f.x0[leaf];
+  const bool plain = (f.plain >> leaf) & 1;
   std::uint64_t any = 0;
   for (int row = f.y0[leaf]; row < f.y1[leaf]; ++row) {
     const float* b = best + row * kMaxTile;
     const float row_y = y + static_cast<float>(row);
-    rows[row] = wanted & (f.perspective ? row_mask_perspective(f, leaf, b, x, row_y, first, last)
-                                        : row_mask(f, leaf, b, x, row_y, first, last));
+    rows[row] = wanted & (!plain ? row_mask_perspective(f, leaf, b, x, row_y, first, last)
+                                 : row_mask(f, leaf, b, x, row_y, first, last));
     any |= rows[row];
   }
   return any != 0;
@@ -343,7 +372,6 @@ void make_footprints(const TileFrame& frame, std::span<const trace::LeafHull> hu
   constexpr int kFloats = sizeof(trace::LeafHull) / sizeof(float);
   alignas(64) std::int32_t index[kBatch] = {};
   for (std::size_t i = 0; i < leaves.size(); ++i) index[i] = kFloats * leaves[i];
-  out.perspective = frame.perspective;
   HWY_DYNAMIC_DISPATCH(SetupKernel)
   (frame, hulls.front().center, index, static_cast<int>(leaves.size()), width, height, out);
 }

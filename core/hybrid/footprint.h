@@ -41,12 +41,12 @@ struct AffineBatch {
 struct Footprints {
   alignas(64) std::int32_t x0[kBatch], y0[kBatch], x1[kBatch], y1[kBatch];  // pixels that can matter
   alignas(64) float near[kBatch];  // no point of the hull is nearer, relative to the reference depth
-  AffineBatch u, v, k;             // orthographic: divided by their limits
-  AffineBatch depth;               // orthographic: the nearest depth at the place; perspective: its numerator
-  AffineBatch ab, ak, bk;          // perspective
-  // Orthographic: the limits, with the slack for rounding; perspective: the slack alone.
+  // Plain: |u|, |v|, |k| are below limits, and depth is the nearest depth at the place. Otherwise the limits
+  // are functions of the place, and depth is the numerator of the nearest depth over ab.
+  AffineBatch u, v, k, depth, ab, ak, bk;
+  // Plain: the limits, with the slack for rounding; otherwise the slack alone.
   alignas(64) float limit_u[kBatch], limit_v[kBatch], limit_k[kBatch], slack_depth[kBatch], slack_ab[kBatch];
-  bool perspective = false;
+  std::uint32_t plain = 0;  // a bit a leaf
 };
 
 // hulls: all of the prototype; leaves: at most kBatch of them. width, height: of the tile, px.
