@@ -1,5 +1,6 @@
 #include "core/trace/newton_seeded.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "core/base/simd.h"
@@ -67,7 +68,11 @@ HWY_INLINE Mask certain(const Patch& patch, const Roots& r, const Stretch& stret
 
 // The leaf whose part of the patch holds (u, v).
 HWY_INLINE std::int32_t leaf_at(const PatchPool& pool, const Patch& patch, double u, double v) {
-  std::int32_t place = patch.splits;
+  const auto cell = [](double x, int log) {
+    return static_cast<std::int32_t>(std::min(std::max(x, 0.0), 1.0) * (1 << log)) - (x >= 1.0 ? 1 : 0);
+  };
+  std::int32_t place =
+      pool.leaf_cells[patch.cells + (cell(u, patch.log_u) << patch.log_v) + cell(v, patch.log_v)];
   while (place >= 0) {
     const trace::LeafSplit& split = pool.splits[place];
     place = split.child[(split.in_u ? u : v) >= static_cast<double>(split.at)];

@@ -69,8 +69,8 @@ OrientedBox PatchSet::oriented_box(std::int32_t leaf) const {
 std::int64_t PatchSet::bytes() const {
   const auto size = [](const auto& v) { return static_cast<std::int64_t>(v.capacity() * sizeof(v[0])); };
   return size(impl_->patches) + size(impl_->net) + size(impl_->coef) + size(impl_->bounds) +
-         size(impl_->leaves) + size(impl_->splits) + size(impl_->grids) + size(impl_->breaks) +
-         size(impl_->cells);
+         size(impl_->leaves) + size(impl_->splits) + size(impl_->leaf_cells) + size(impl_->grids) +
+         size(impl_->breaks) + size(impl_->cells);
 }
 
 std::int64_t PatchSet::refused() const { return impl_->refused; }

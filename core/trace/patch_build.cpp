@@ -60,6 +60,27 @@ std::uint8_t collapsed_sides(const dvec4* net, int du, int dv, double size) {
   return sides;
 }
 
+// The tree of leaves by cells of equal size, about two a leaf: the leaf that a cell lies in, or the part of
+// the tree that cuts it.
+void append_leaf_cells(std::int32_t root, std::size_t leaves, Patch& patch, PatchPool& pool) {
+  int log = 0;
+  while ((std::size_t{1} << log) < 2 * leaves && leaves > 1) ++log;
+  const int log_u = log / 2, log_v = log - log_u, count_u = 1 << log_u, count_v = 1 << log_v;
+  patch.log_u = static_cast<std::uint8_t>(log_u), patch.log_v = static_cast<std::uint8_t>(log_v);
+  patch.cells = static_cast<std::int32_t>(pool.leaf_cells.size());
+  for (int i = 0; i < count_u; ++i)
+    for (int j = 0; j < count_v; ++j) {
+      std::int32_t place = root;
+      while (place >= 0) {
+        const LeafSplit& split = pool.splits[place];
+        const double k = split.in_u ? i : j, count = split.in_u ? count_u : count_v;
+        if (k / count < split.at && (k + 1.0) / count > split.at) break;
+        place = split.child[k / count >= split.at];
+      }
+      pool.leaf_cells.push_back(place);
+    }
+}
+
 // Patch::bend, bend_uu and bend_vv.
 void set_bend(Patch& patch, const dvec4* net) {
   const int du = patch.degree_u, dv = patch.degree_v, row = dv + 1;
@@ -283,11 +304,13 @@ void append_pool(const PatchPool& b, PatchPool& a) {
   const auto patch = static_cast<std::int32_t>(a.patches.size());
   const auto leaf = static_cast<std::int32_t>(a.leaves.size());
   const auto splits = static_cast<std::int32_t>(a.splits.size());
+  const auto cells = static_cast<std::int32_t>(a.leaf_cells.size());
   const auto moved = [&](std::int32_t child) { return child >= 0 ? child + splits : child - leaf; };
   for (Patch p : b.patches) {
-    p.net += net, p.coef += coef, p.splits = moved(p.splits);
+    p.net += net, p.coef += coef, p.cells += cells;
     a.patches.push_back(p);
   }
+  for (const std::int32_t cell : b.leaf_cells) a.leaf_cells.push_back(moved(cell));
   for (const LeafSplit& s : b.splits)
     a.splits.push_back({s.at, s.in_u, {moved(s.child[0]), moved(s.child[1])}});
   for (PatchGrid g : b.grids) {
@@ -346,7 +369,9 @@ bool append_patch(const PatchInput& input, PatchPool& pool) {
   append_coefficients(patch, pool);
   const auto index = static_cast<std::int32_t>(pool.patches.size());
   pool.patches.push_back(patch);
-  pool.patches[index].splits = cut_patch(index, input, pool);
+  const std::size_t first = pool.leaves.size();
+  const std::int32_t root = cut_patch(index, input, pool);
+  append_leaf_cells(root, pool.leaves.size() - first, pool.patches[index], pool);
   return true;
 }
 

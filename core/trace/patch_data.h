@@ -39,9 +39,10 @@ struct Patch {
   double bend = 0.0;        // half the second derivative of P - w o, for o on the patch, along steps of 1 in
                             // both parameters: what a Newton step leaves is at most bend * step^2, mm
   double bend_uu = 0.0, bend_vv = 0.0;  // the parts of `bend` along u and v alone
-  std::int32_t splits = 0;              // root of the tree of leaves, as LeafSplit::child
-  dvec3 origin{0.0};                    // everything below is relative to it
-  std::int64_t net = 0;                 // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
+  std::int32_t cells = 0;  // PatchPool::leaf_cells: 2^log_u rows of 2^log_v, each as LeafSplit::child
+  std::uint8_t log_u = 0, log_v = 0;
+  dvec3 origin{0.0};      // everything below is relative to it
+  std::int64_t net = 0;   // PatchPool::net: Bernstein control points (wx, wy, wz, w), [i][j]
   std::int64_t coef = 0;  // PatchPool::coef: 4 doubles each, [i][j]; power basis in (u - 1/2, v - 1/2) or
                           // the Bernstein points once more
   ParamCurve u, v;
@@ -61,7 +62,8 @@ struct alignas(64) LeafBound {
 
 // Where a patch, or a part of it, was halved. child: PatchPool::splits, or ~leaf.
 struct LeafSplit {
-  float at = 0.0f;  // exact
+  float at =
+      0.0f;  // rounded, unless the cut was a halving: a root that near it may be looked for on the wrong side
   bool in_u = false;
   std::int32_t child[2] = {-1, -1};  // below `at`, above it
 };
@@ -86,6 +88,7 @@ struct PatchPool {
   std::vector<LeafBound> bounds;  // by leaf
   std::vector<PatchLeaf> leaves;
   std::vector<LeafSplit> splits;
+  std::vector<std::int32_t> leaf_cells;
   std::vector<PatchGrid> grids;  // by face
   std::vector<double> breaks;
   std::vector<std::int32_t> cells;  // patches; -1 only in faces without any
