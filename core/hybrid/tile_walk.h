@@ -96,7 +96,11 @@ std::uint64_t walk_tile(const trace::Bvh& bvh, const TileSpace& space, const Lim
     float near[trace::kBvhWidth];
     const int count = space.children(node, child, near);
     ++opened;
-    for (int i = 0; i < count; ++i) stack[top++] = {node.child[child[i]], near[i]};
+    for (int i = 0; i < count; ++i) {
+      const std::int32_t next = node.child[child[i]];
+      if (next >= 0) __builtin_prefetch(&bvh.nodes[next]);
+      stack[top++] = {next, near[i]};
+    }
   }
   return opened;
 }
