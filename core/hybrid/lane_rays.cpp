@@ -81,6 +81,8 @@ void lane_rays(const view::Camera& camera, const InstanceView& view, const doubl
   alignas(64) double x[trace::kLanes], y[trace::kLanes];
   for (int k = 0; k < trace::kLanes; ++k) x[k] = x_px[k < count ? k : 0], y[k] = y_px[k < count ? k : 0];
   HWY_DYNAMIC_DISPATCH(LaneRaysKernel)(camera, view, x, y, rays, scales);
+  scales.unit = true;
+  for (const double scale : scales.scale) scales.unit &= scale == 1.0;
   rays.active = (1u << count) - 1u;
 }
 

@@ -12,6 +12,8 @@ namespace trimray::hybrid {
 // t in the instance = t in the world * scale; depth = t in the world * depth, up to rounding.
 struct LaneScales {
   alignas(64) double scale[trace::kLanes], depth[trace::kLanes];
+  bool unit = true;  // every scale is 1
+  double world(double t, int lane) const { return unit ? t : t / scale[lane]; }
 };
 
 // Rays of up to kLanes places of the picture, px from its left and top: bit by bit those of Camera::ray and

@@ -121,7 +121,7 @@ int TileTracer::rays(const InstanceView& view, std::span<const std::int32_t> slo
 void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local,
                           const LaneScales& scales, int lane, std::int32_t face, dvec2 uv,
                           const dvec3& normal, std::int32_t triangle) {
-  const double t = t_local / scales.scale[lane], best = state_.t(slot);
+  const double t = scales.world(t_local, lane), best = state_.t(slot);
   if (!(t >= 0.0 && t <= best)) return;
   const HitPlace place{view.index, face, uv, triangle};
   SlotHit& hit = state_.hits[slot];
@@ -155,7 +155,7 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
   // True where the root counts: the next one of the ray lies behind it.
   const auto root = [&](std::int32_t slot, double t, const LaneScales& scales, int lane, dvec2 raw,
                         const dvec3& normal) {
-    if (t / scales.scale[lane] > state_.t(slot)) return true;
+    if (scales.world(t, lane) > state_.t(slot)) return true;
     dvec2 uv;
     if (!view.prototype->inside(p, leaf.core, raw, uv)) return false;
     consider(view, slot, t, scales, lane, p.face, uv, reversed ? -normal : normal);
@@ -183,7 +183,7 @@ void TileTracer::closed_leaf(const InstanceView& view, const ScenePrimitive& p,
     for (int r = 0; r < trace::kLaneRoots; ++r) {
       for (std::uint32_t rest = roots.found[r] & left; rest != 0; rest &= rest - 1) {
         const int k = std::countr_zero(rest);
-        if (roots.t[r][k] / scales.scale[k] > state_.t(slots[begin + k])) left &= ~(1u << k);
+        if (scales.world(roots.t[r][k], k) > state_.t(slots[begin + k])) left &= ~(1u << k);
       }
       const std::uint32_t found = roots.found[r] & left;
       if (found == 0) continue;
@@ -222,7 +222,7 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
   const bool reversed = p.reversed;
   const auto root = [&](std::int32_t slot, double t, const LaneScales& scales, int lane, dvec2 raw,
                         const dvec3& normal) {
-    if (!(t >= 0.0 && t / scales.scale[lane] <= state_.t(slot))) return;
+    if (!(t >= 0.0 && scales.world(t, lane) <= state_.t(slot))) return;
     dvec2 uv;
     if (view.prototype->inside(p, leaf.uv_face, raw, uv))
       consider(view, slot, t, scales, lane, p.face, uv, normal);
@@ -253,7 +253,7 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
       const int k = std::countr_zero(rest);
       const std::int32_t slot = slots[begin + k];
       state_.know(slot, {view.index, kNoFace, -1, leaf.patch, roots.param_u[k], roots.param_v[k]});
-      if (roots.t[k] >= 0.0 && roots.t[k] / scales.scale[k] <= state_.t(slot)) in |= 1u << k;
+      if (roots.t[k] >= 0.0 && scales.world(roots.t[k], k) <= state_.t(slot)) in |= 1u << k;
     }
     std::uint64_t tests = 0;
     in = view.prototype->inside(p, leaf.uv_face, roots.u, roots.v, in, &tests);
@@ -266,6 +266,7 @@ void TileTracer::patch_leaf(const InstanceView& view, const ScenePrimitive& p,
     for (std::uint32_t rest = open; rest != 0; rest &= rest - 1) {
       const int k = std::countr_zero(rest);
       open_scales.scale[waiting.count] = scales.scale[k], open_scales.depth[waiting.count] = scales.depth[k];
+      open_scales.unit = scales.unit && (waiting.count == 0 || open_scales.unit);
       waiting.add(lanes, k, slots[begin + k]);
       if (waiting.count == trace::kLanes) open_lanes();
     }
@@ -310,11 +311,7 @@ void TileTracer::edges() {
 void TileTracer::finish(trace::TileHits& out) {
   trace::TraceStats counters;
   const std::size_t places = tile_.places.size();
-  std::size_t most = 0;
-  for (std::size_t row = 0; row < state_.has_hit.size(); ++row)
-    most += std::popcount(state_.has_hit[row] | state_.near_edge[row]);
-  out.ray.resize(most), out.hit.resize(most);
-  std::size_t count = 0;
+  out.ray.clear(), out.hit.clear();
   const bool parallel = !view_.camera.perspective;
   for (int y = 0; y < height_; ++y) {
     std::uint64_t pixels = 0;
@@ -332,21 +329,21 @@ void TileTracer::finish(trace::TileHits& out) {
           const view::CameraRay r = view_.camera.ray(tile_.x0 + x + place.x, tile_.y0 + y + place.y);
           return trace::Ray{r.org, r.dir, 0.0, kInf};
         };
-        Hit& hit = out.hit[count];
-        hit = Hit{};
+        Hit hit;
         if (found) {
           const SlotHit& best = state_.hits[slot];
           hit = view_.scene->hit_at(best.place, best.t, best.normal);
           ask |= view_.scene->grazes(hit, best.place, parallel ? view_.camera.forward : ray().dir);
         }
         if (ask) hit = view_.scene->decide(ray(), hit, counters);
-        if (hit.face != kNoFace) out.ray[count++] = static_cast<std::int32_t>((y * width_ + x) * places + p);
+        if (hit.face == kNoFace) continue;
+        out.ray.push_back(static_cast<std::int32_t>((y * width_ + x) * places + p));
+        out.hit.push_back(hit);
       }
     }
   }
-  out.ray.resize(count), out.hit.resize(count);
   stats_.rays += tile_.rays();
-  stats_.hits += count;
+  stats_.hits += out.hit.size();
   stats_.edge_rays += counters.edge_rays;
 }
 
