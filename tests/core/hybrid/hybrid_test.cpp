@@ -24,27 +24,23 @@ using testing::NamedScene;
 using testing::Picture;
 using testing::standard_picture;
 
-const std::vector<NamedScene> &scenes() {
+const std::vector<NamedScene>& scenes() {
   static const std::vector<NamedScene> all = all_scenes();
   return all;
 }
 
 TEST(Hybrid, GivesTheBitsOfTheStandardTracer) {
   HybridStats sums;
-  for (const NamedScene &s : scenes()) {
+  for (const NamedScene& s : scenes()) {
     std::size_t met = 0;
-    for (const auto &[name, camera] : all_cameras(s.bounds, 71, 66))
+    for (const auto& [name, camera] : all_cameras(s.bounds, 71, 66))
       for (const int samples : {1, 4}) {
         const std::vector<dvec2> places = view::sample_pattern(samples);
         const Picture expected = standard_picture(s.scene, camera, places);
         met += hits_of(expected);
-        const std::string what =
-            s.name + ", " + name + ", " + std::to_string(samples) + " samples";
-        expect_hybrid(s.scene, camera, nullptr, places, 32, 32, expected, what,
-                      &sums);
-        if (samples == 1)
-          expect_hybrid(s.scene, camera, nullptr, places, 64, 64, expected,
-                        what);
+        const std::string what = s.name + ", " + name + ", " + std::to_string(samples) + " samples";
+        expect_hybrid(s.scene, camera, nullptr, places, 32, 32, expected, what, &sums);
+        if (samples == 1) expect_hybrid(s.scene, camera, nullptr, places, 64, 64, expected, what);
       }
     EXPECT_EQ(met > 10000, s.name != "empty") << s.name << ": " << met;
   }
@@ -53,30 +49,23 @@ TEST(Hybrid, GivesTheBitsOfTheStandardTracer) {
 }
 
 TEST(Hybrid, TilesOfAnySizeGiveTheSameHits) {
-  const int sizes[][2] = {{2, 1},   {8, 8},   {5, 64}, {64, 3},
-                          {33, 17}, {63, 64}, {16, 16}};
-  for (const NamedScene &s : scenes())
-    for (const auto &[name, camera] : all_cameras(s.bounds, 47, 65)) {
-      if (name.find("whole") == name.npos && name.find("50") == name.npos)
-        continue;
+  const int sizes[][2] = {{2, 1}, {8, 8}, {5, 64}, {64, 3}, {33, 17}, {63, 64}, {16, 16}};
+  for (const NamedScene& s : scenes())
+    for (const auto& [name, camera] : all_cameras(s.bounds, 47, 65)) {
+      if (name.find("whole") == name.npos && name.find("50") == name.npos) continue;
       const std::vector<dvec2> places = view::sample_pattern(2);
       const Picture expected = standard_picture(s.scene, camera, places);
-      for (const auto &[width, height] : sizes)
-        expect_hybrid(s.scene, camera, nullptr, places, width, height, expected,
-                      s.name + ", " + name);
+      for (const auto& [width, height] : sizes)
+        expect_hybrid(s.scene, camera, nullptr, places, width, height, expected, s.name + ", " + name);
     }
 }
 
 TEST(Hybrid, PlacesMayLieAnywhereInThePixel) {
-  const std::vector<dvec2> places{{0, 0},      {1, 1},     {1, 0},
-                                  {0.5, 0.5},  {0, 0.999}, {0.25, 0.25},
-                                  {0.25, 0.25}};
-  for (const NamedScene &s : scenes())
-    for (const auto &[name, camera] : all_cameras(s.bounds, 40, 40)) {
-      if (name.find("front") == name.npos && name.find("within") == name.npos)
-        continue;
-      expect_hybrid(s.scene, camera, nullptr, places, 32, 32,
-                    standard_picture(s.scene, camera, places),
+  const std::vector<dvec2> places{{0, 0}, {1, 1}, {1, 0}, {0.5, 0.5}, {0, 0.999}, {0.25, 0.25}, {0.25, 0.25}};
+  for (const NamedScene& s : scenes())
+    for (const auto& [name, camera] : all_cameras(s.bounds, 40, 40)) {
+      if (name.find("front") == name.npos && name.find("within") == name.npos) continue;
+      expect_hybrid(s.scene, camera, nullptr, places, 32, 32, standard_picture(s.scene, camera, places),
                     s.name + ", " + name);
     }
 }
@@ -87,31 +76,25 @@ TEST(Hybrid, TheEyeMayStandOnAnEdge) {
   testing::Random random(21);
   const dvec2 centre(0.5, 0.5);
   std::size_t met = 0;
-  for (const NamedScene &s : scenes()) {
-    const nurbs::NurbsStore &store = s.scene.store();
-    if (store.edges.empty())
-      continue;
+  for (const NamedScene& s : scenes()) {
+    const nurbs::NurbsStore& store = s.scene.store();
+    if (store.edges.empty()) continue;
     for (int i = 0; i < 40; ++i) {
-      const nurbs::Edge &edge = store.edges[random.below(store.edges.size())];
-      const nurbs::Instance &instance =
-          store.instances[random.below(store.instances.size())];
-      if (edge.pieces.size() == 0)
-        continue;
-      const nurbs::Range &r = store.edge_pieces[edge.pieces.begin].ctrl;
+      const nurbs::Edge& edge = store.edges[random.below(store.edges.size())];
+      const nurbs::Instance& instance = store.instances[random.below(store.instances.size())];
+      if (edge.pieces.size() == 0) continue;
+      const nurbs::Range& r = store.edge_pieces[edge.pieces.begin].ctrl;
       const dvec4 h = random.chance(0.5) ? store.edge_ctrl_h[r.begin]
-                                         : 0.5 * (store.edge_ctrl_h[r.begin] +
-                                                  store.edge_ctrl_h[r.end - 1]);
+                                         : 0.5 * (store.edge_ctrl_h[r.begin] + store.edge_ctrl_h[r.end - 1]);
       const dvec3 target = instance.placement.point(dvec3(h) / h.w);
       const dmat3 axes = random.rotation();
       view::Camera camera;
       camera.right = axes[0], camera.up = axes[1], camera.forward = -axes[2];
       camera.width_px = camera.height_px = 12;
       camera.perspective = random.chance(0.5);
-      camera.pixel = camera.perspective
-                         ? random.log_between(1e-3, 1e-1)
-                         : edge.band * random.log_between(1e-2, 1e3);
-      camera.eye = target +
-                   edge.band * random.between(-8.0, 8.0) * camera.forward +
+      camera.pixel =
+          camera.perspective ? random.log_between(1e-3, 1e-1) : edge.band * random.log_between(1e-2, 1e3);
+      camera.eye = target + edge.band * random.between(-8.0, 8.0) * camera.forward +
                    edge.band * random.between(-1.0, 1.0) * camera.right;
       const Picture expected = standard_picture(s.scene, camera, {&centre, 1});
       met += hits_of(expected);
@@ -124,23 +107,19 @@ TEST(Hybrid, TheEyeMayStandOnAnEdge) {
 
 TEST(Hybrid, AnswersDoNotDependOnTheMachine) {
   const std::vector<dvec2> places = view::sample_pattern(2);
-  for (const NamedScene &s : scenes()) {
-    const view::Camera camera =
-        all_cameras(s.bounds, 50, 40)[s.name.size() % 2 ? 0 : 6].camera;
+  for (const NamedScene& s : scenes()) {
+    const view::Camera camera = all_cameras(s.bounds, 50, 40)[s.name.size() % 2 ? 0 : 6].camera;
     const Picture expected = standard_picture(s.scene, camera, places);
     for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
       hwy::SetSupportedTargetsForTest(target);
-      expect_hybrid(s.scene, camera, nullptr, places, 32, 32, expected,
-                    s.name + hwy::TargetName(target));
+      expect_hybrid(s.scene, camera, nullptr, places, 32, 32, expected, s.name + hwy::TargetName(target));
     }
     hwy::SetSupportedTargetsForTest(0);
   }
 }
 
 TEST(Hybrid, ManyThreadsMayShareAView) {
-  const NamedScene &s = scenes().back().name == "empty"
-                            ? scenes()[scenes().size() - 4]
-                            : scenes().back();
+  const NamedScene& s = scenes().back().name == "empty" ? scenes()[scenes().size() - 4] : scenes().back();
   const view::Camera camera = all_cameras(s.bounds, 90, 80)[6].camera;
   const std::vector<dvec2> places = view::sample_pattern(4);
   const Picture expected = standard_picture(s.scene, camera, places);
@@ -150,32 +129,26 @@ TEST(Hybrid, ManyThreadsMayShareAView) {
   for (int i = 0; i < 4; ++i)
     threads.emplace_back([&, i] {
       HybridStats stats;
-      got[i] =
-          hybrid_picture(view, camera, places, 64 - 15 * i, 40 + 8 * i, stats);
+      got[i] = hybrid_picture(view, camera, places, 64 - 15 * i, 40 + 8 * i, stats);
     });
-  for (std::thread &t : threads)
-    t.join();
-  for (int i = 0; i < 4; ++i)
-    expect_same(expected, got[i], "thread " + std::to_string(i));
+  for (std::thread& t : threads) t.join();
+  for (int i = 0; i < 4; ++i) expect_same(expected, got[i], "thread " + std::to_string(i));
   EXPECT_GT(hits_of(expected), 1000u);
 }
 
 TEST(Hybrid, TilesAboveTheLargestAreRefused) {
-  const NamedScene &s = scenes()[0];
+  const NamedScene& s = scenes()[0];
   view::Camera camera = all_cameras(s.bounds, 200, 200)[0].camera;
   const HybridView view(s.scene, camera, nullptr);
   const dvec2 centre(0.5, 0.5);
   trace::TileHits hits;
-  EXPECT_THROW(view.trace({0, 0, kMaxTile + 1, 8, {&centre, 1}}, hits),
-               ArgumentError);
-  EXPECT_THROW(view.trace({0, 0, 8, kMaxTile + 1, {&centre, 1}}, hits),
-               ArgumentError);
-  EXPECT_NO_THROW(
-      view.trace({7, 9, 7 + kMaxTile, 9 + kMaxTile, {&centre, 1}}, hits));
+  EXPECT_THROW(view.trace({0, 0, kMaxTile + 1, 8, {&centre, 1}}, hits), ArgumentError);
+  EXPECT_THROW(view.trace({0, 0, 8, kMaxTile + 1, {&centre, 1}}, hits), ArgumentError);
+  EXPECT_NO_THROW(view.trace({7, 9, 7 + kMaxTile, 9 + kMaxTile, {&centre, 1}}, hits));
 }
 
 TEST(Hybrid, StatsAreAddedToThoseGiven) {
-  const NamedScene &s = scenes()[0];
+  const NamedScene& s = scenes()[0];
   const view::Camera camera = all_cameras(s.bounds, 64, 64)[0].camera;
   const HybridView view(s.scene, camera, nullptr);
   const std::vector<dvec2> places = view::sample_pattern(4);
@@ -195,9 +168,9 @@ TEST(Hybrid, StatsAreAddedToThoseGiven) {
   EXPECT_EQ(stats.solves, 2 * once.solves);
   EXPECT_EQ(stats.candidates, 2 * once.candidates);
   EXPECT_EQ(stats.edge_rays, 2 * once.edge_rays);
-  view.trace({0, 0, 64, 64, places}, again); // nobody counts
+  view.trace({0, 0, 64, 64, places}, again);  // nobody counts
   EXPECT_EQ(again.ray, hits.ray);
 }
 
-} // namespace
-} // namespace trimray::hybrid
+}  // namespace
+}  // namespace trimray::hybrid
