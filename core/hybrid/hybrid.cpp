@@ -39,6 +39,9 @@ HybridView::~HybridView() = default;
 
 void HybridView::trace(const trace::Tile& tile, trace::TileHits& out, HybridStats* stats) const {
   if (tile.width() > kMaxTile || tile.y1 - tile.y0 > kMaxTile) throw ArgumentError("tile: too large");
+  const view::Camera& camera = impl_->camera;
+  if (tile.x0 < 0 || tile.y0 < 0 || tile.x1 > camera.width_px || tile.y1 > camera.height_px)
+    throw ArgumentError("tile: outside of the picture");
   out.ray.clear(), out.hit.clear();
   thread_local TileState state;
   HybridStats unused;

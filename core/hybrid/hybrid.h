@@ -32,7 +32,7 @@ class HybridView {
   HybridView(HybridView&&) noexcept;
   ~HybridView();
 
-  // Adds to *stats.
+  // Adds to *stats. Throws ArgumentError for a tile of more than 64 px a side, or not within the picture.
   void trace(const trace::Tile& tile, trace::TileHits& out, HybridStats* stats = nullptr) const;
 
  private:

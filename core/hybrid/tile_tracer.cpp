@@ -13,13 +13,6 @@ using trace::Hit;
 using trace::HitPlace;
 using trace::Ray;
 
-namespace {
-
-// Not below, for comparisons of depths.
-float depth_above(double depth) { return static_cast<float>(depth + 1e-6 * std::abs(depth)); }
-
-}  // namespace
-
 TileTracer::TileTracer(const ViewContext& view, const trace::Tile& tile, TileState& state, HybridStats& stats)
     : view_(view),
       tile_(tile),
@@ -116,20 +109,6 @@ int TileTracer::rays(const InstanceView& view, std::span<const std::int32_t> slo
   }
   lane_rays(view_.camera, view, x, y, count, rays, scales);
   return count;
-}
-
-void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local,
-                          const LaneScales& scales, int lane, std::int32_t face, dvec2 uv,
-                          const dvec3& normal, std::int32_t triangle) {
-  const double t = scales.world(t_local, lane), best = state_.t(slot);
-  if (!(t >= 0.0 && t <= best)) return;
-  const HitPlace place{view.index, face, uv, triangle};
-  SlotHit& hit = state_.hits[slot];
-  if (t == best && TileState::has(state_.has_hit, slot) && !comes_before(place, hit.place)) return;
-  hit.t = t, hit.place = place, hit.normal = normal;
-  TileState::set(state_.has_hit, slot);
-  // The middle ray's own length makes depth out of t, to some ulp.
-  state_.best[slot] = depth_above(t * scales.depth[lane] * (1.0 + 1e-14) - view_.reference);
 }
 
 void TileTracer::solve(const InstanceView& view, std::int32_t primitive,
@@ -329,16 +308,17 @@ void TileTracer::finish(trace::TileHits& out) {
           const view::CameraRay r = view_.camera.ray(tile_.x0 + x + place.x, tile_.y0 + y + place.y);
           return trace::Ray{r.org, r.dir, 0.0, kInf};
         };
-        Hit hit;
+        Hit& hit = out.hit.emplace_back();
         if (found) {
           const SlotHit& best = state_.hits[slot];
-          hit = view_.scene->hit_at(best.place, best.t, best.normal);
+          view_.scene->set_hit(hit, best.place, best.t, best.normal);
           ask |= view_.scene->grazes(hit, best.place, parallel ? view_.camera.forward : ray().dir);
         }
         if (ask) hit = view_.scene->decide(ray(), hit, counters);
-        if (hit.face == kNoFace) continue;
-        out.ray.push_back(static_cast<std::int32_t>((y * width_ + x) * places + p));
-        out.hit.push_back(hit);
+        if (hit.face == kNoFace)
+          out.hit.pop_back();
+        else
+          out.ray.push_back(static_cast<std::int32_t>((y * width_ + x) * places + p));
       }
     }
   }

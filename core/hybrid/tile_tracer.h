@@ -1,6 +1,7 @@
 // The rays of one tile on their way to their first hits.
 #pragma once
 
+#include <cmath>
 #include <span>
 
 #include "core/hybrid/hybrid.h"
@@ -55,9 +56,11 @@ class TileTracer {
   // Of the first slots, at most kLanes; returns their number.
   int rays(const InstanceView& view, std::span<const std::int32_t> slots, trace::RayLanes& rays,
            LaneScales& scales) const;
-  // A root inside the loops; normal: outward, in the prototype.
-  void consider(const InstanceView& view, std::int32_t slot, double t_local, const LaneScales& scales,
-                int lane, std::int32_t face, dvec2 uv, const dvec3& normal, std::int32_t triangle = -1);
+  // A root inside the loops; normal: outward, in the prototype. Inlined, since vectors that go through memory
+  // number by number and come back as a whole stall the machine.
+  [[gnu::always_inline]] inline void consider(const InstanceView& view, std::int32_t slot, double t_local,
+                                              const LaneScales& scales, int lane, std::int32_t face, dvec2 uv,
+                                              dvec3 normal, std::int32_t triangle = -1);
   float far() const;  // no ray's best is beyond
 
   const ViewContext& view_;
@@ -69,5 +72,24 @@ class TileTracer {
   float far_ = kFarDepth;
   int leaves_until_far_ = 0;
 };
+
+inline void TileTracer::consider(const InstanceView& view, std::int32_t slot, double t_local,
+                                 const LaneScales& scales, int lane, std::int32_t face, dvec2 uv,
+                                 dvec3 normal, std::int32_t triangle) {
+  const double t = scales.world(t_local, lane), best = state_.t(slot);
+  if (!(t >= 0.0 && t <= best)) return;
+  SlotHit& hit = state_.hits[slot];
+  if (t == best && TileState::has(state_.has_hit, slot) &&
+      !comes_before({view.index, face, uv, triangle}, hit.place))
+    return;
+  hit.t = t;
+  hit.place.instance = view.index, hit.place.face = face, hit.place.triangle = triangle;
+  hit.place.uv.x = uv.x, hit.place.uv.y = uv.y;
+  hit.normal.x = normal.x, hit.normal.y = normal.y, hit.normal.z = normal.z;
+  TileState::set(state_.has_hit, slot);
+  // The middle ray's own length makes depth out of t, to some ulp. Not below, for comparisons.
+  const double depth = t * scales.depth[lane] * (1.0 + 1e-14) - view_.reference;
+  state_.best[slot] = static_cast<float>(depth + 1e-6 * std::abs(depth));
+}
 
 }  // namespace trimray::hybrid

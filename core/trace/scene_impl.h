@@ -147,11 +147,11 @@ struct Scene::Impl {
   void nearest(std::span<const Ray> rays, std::span<Hit> out, TraceStats& stats) const;
   // The hit at a place that the trim loops alone have found. outward: the normal in the prototype; not asked
   // of triangles.
-  Hit hit_at(const HitPlace& place, double t, const dvec3& outward) const {
+  void set_hit(Hit& hit, const HitPlace& place, double t, const dvec3& outward) const {
     const InstanceScene& instance = instances[place.instance];
-    const dvec3 n =
-        place.triangle < 0 ? outward : prototypes[instance.prototype]->mesh_normal(place.triangle);
-    return {t, place.face, place.instance, place.uv, instance.normal(n)};
+    hit.t = t, hit.face = place.face, hit.instance = place.instance, hit.uv_face = place.uv;
+    hit.normal = place.triangle < 0 ? outward : prototypes[instance.prototype]->mesh_normal(place.triangle);
+    if (!instance.identity) hit.normal = instance.normal(hit.normal);
   }
   // Such hits are asked for near edges whether they seem to be near one or not.
   static bool grazes(const Hit& hit, const HitPlace& place, const dvec3& dir) {

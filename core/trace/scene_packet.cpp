@@ -308,7 +308,7 @@ void Scene::Impl::nearest(std::span<const Ray> all_rays, std::span<Hit> all_out,
       const HitPlace& place = packet.place[i];
       bool ask = (packet.near_edge >> i) & 1;
       if (place.face != kNoFace) {
-        out[i] = hit_at(place, packet.rays.tmax[i], packet.normal[i]);
+        set_hit(out[i], place, packet.rays.tmax[i], packet.normal[i]);
         ask |= grazes(out[i], place, rays[i].dir);
       }
       if (ask) out[i] = decide(rays[i], out[i], counters);

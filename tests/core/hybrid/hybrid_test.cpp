@@ -144,6 +144,8 @@ TEST(Hybrid, TilesAboveTheLargestAreRefused) {
   trace::TileHits hits;
   EXPECT_THROW(view.trace({0, 0, kMaxTile + 1, 8, {&centre, 1}}, hits), ArgumentError);
   EXPECT_THROW(view.trace({0, 0, 8, kMaxTile + 1, {&centre, 1}}, hits), ArgumentError);
+  EXPECT_THROW(view.trace({-1, 0, 8, 8, {&centre, 1}}, hits), ArgumentError);
+  EXPECT_THROW(view.trace({0, 1 << 20, 8, (1 << 20) + 8, {&centre, 1}}, hits), ArgumentError);
   EXPECT_NO_THROW(view.trace({7, 9, 7 + kMaxTile, 9 + kMaxTile, {&centre, 1}}, hits));
 }
 
