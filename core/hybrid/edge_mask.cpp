@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "core/hybrid/tile_walk.h"
 
@@ -11,6 +10,8 @@
 #define HWY_TARGET_INCLUDE "core/hybrid/edge_mask.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "core/base/simd_floats-inl.h"
 
 // Thick lines in a tile, px from its middle.
 #ifndef TRIMRAY_HYBRID_BANDS_
@@ -33,20 +34,10 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, 16>;
-using Float = hn::Vec<Floats>;
-
-HWY_INLINE Float set(float x) { return hn::Set(Floats(), x); }
-
-template <class Mask>
-HWY_INLINE std::uint32_t bits_of(Mask mask) {
-  const Floats d;
-  alignas(8) std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint16_t bits;
-  std::memcpy(&bits, bytes, 2);
-  return bits & ((std::uint32_t{1} << hn::Lanes(d)) - 1);
-}
+using trimray::HWY_NAMESPACE::bits_of;
+using trimray::HWY_NAMESPACE::Float;
+using trimray::HWY_NAMESPACE::Floats;
+using trimray::HWY_NAMESPACE::set;
 
 // Is some place first + i, i in [0, count), within [low, high]?
 HWY_INLINE auto holds_place(Float low, Float high, float first, int count) {
@@ -110,7 +101,7 @@ void ProjectKernel(const TileFrame& frame, float across, float along, const floa
       any |= bits_of(
           seen(static_cast<float>(place.x - 0.5 * width), static_cast<float>(place.y - 0.5 * height)));
     const std::uint32_t wanted = (count - i < lanes ? (std::uint32_t{1} << (count - i)) - 1u : ~0u);
-    const std::uint32_t lost = bits_of(near_eye) & wanted;
+    const std::uint32_t lost = static_cast<std::uint32_t>(bits_of(near_eye)) & wanted;
     masks.near_eye |= lost << i, masks.seen |= (any & wanted & ~lost) << i;
     hn::Store(end[0][0], d, out.ax + i), hn::Store(end[0][1], d, out.ay + i);
     hn::Store(end[1][0], d, out.bx + i), hn::Store(end[1][1], d, out.by + i);

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/hybrid/footprint.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "core/base/simd_floats-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace trimray::hybrid {
@@ -15,26 +16,16 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, 16>;
-using Float = hn::Vec<Floats>;
+using trimray::HWY_NAMESPACE::bits_of;
+using trimray::HWY_NAMESPACE::Float;
+using trimray::HWY_NAMESPACE::Floats;
+using trimray::HWY_NAMESPACE::set;
 
 // Of a sum of some floats that have been rounded, with a margin.
 constexpr float kRounding = 1e-6f;
 
 // Footprints of perspective views that reach no farther from their middle, px, are plain.
 constexpr float kPlainPx = 9.0f;
-
-HWY_INLINE Float set(float x) { return hn::Set(Floats(), x); }
-
-template <class Mask>
-HWY_INLINE std::uint64_t bits_of(Mask mask) {
-  const Floats d;
-  alignas(8) std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint16_t bits;
-  std::memcpy(&bits, bytes, 2);
-  return bits & ((std::uint64_t{1} << hn::Lanes(d)) - 1);
-}
 
 struct Vec {
   Float x, y, z;

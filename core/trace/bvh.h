@@ -40,8 +40,8 @@ inline constexpr int kBvhDepth = 64;
 // Binned surface-area heuristic. Empty boxes are left out. The same tree for the same boxes.
 Bvh build_bvh(std::span<const Box3> boxes);
 
-// Numbers the primitives in the order of the nodes, so that neighbours lie side by side in memory. Returns the
-// old number of each; primitives that are not in the hierarchy are left out.
+// Numbers the primitives in the order of the nodes, so that neighbours lie side by side in memory. Returns
+// the old number of each; primitives that are not in the hierarchy are left out.
 std::vector<std::int32_t> renumber_primitives(Bvh& bvh);
 
 }  // namespace trimray::trace

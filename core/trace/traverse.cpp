@@ -1,11 +1,11 @@
 #include "core/trace/traverse.h"
 
-#include <cstring>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/trace/traverse.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include "core/base/simd_floats-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace trimray::trace {
@@ -13,17 +13,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, 16>;
-
-// The bits of one group of lanes that are set in the mask.
-template <class Mask>
-HWY_INLINE std::uint64_t bits_of(Floats d, Mask mask) {
-  alignas(8) std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint16_t bits;
-  std::memcpy(&bits, bytes, 2);
-  return bits & ((std::uint64_t{1} << hn::Lanes(d)) - 1);
-}
+using trimray::HWY_NAMESPACE::bits_of;
+using trimray::HWY_NAMESPACE::Floats;
 
 // Slab test of one child box; groups of lanes with no ray of `rays` are skipped.
 HWY_INLINE std::uint64_t meet_box(const RayPacket& p, const BvhNode& node, int child, std::uint64_t rays) {
@@ -46,7 +37,7 @@ HWY_INLINE std::uint64_t meet_box(const RayPacket& p, const BvhNode& node, int c
         hn::Max(hn::Max(hn::Min(x0, x1), hn::Min(y0, y1)), hn::Max(hn::Min(z0, z1), hn::Load(d, p.tmin + i)));
     const auto leave =
         hn::Min(hn::Min(hn::Max(x0, x1), hn::Max(y0, y1)), hn::Min(hn::Max(z0, z1), hn::Load(d, p.tmax + i)));
-    result |= bits_of(d, hn::Le(enter, leave)) << i;
+    result |= bits_of(hn::Le(enter, leave)) << i;
   }
   return result & rays;
 }
@@ -125,7 +116,7 @@ std::uint64_t NearCapsuleKernel(const RayPacket& p, const Capsule& c, std::uint6
     const auto qx = hn::Add(ax, hn::Mul(s, ex)), qy = hn::Add(ay, hn::Mul(s, ey)),
                qz = hn::Add(az, hn::Mul(s, ez));
     const auto q = hn::Add(hn::Add(hn::Mul(qx, qx), hn::Mul(qy, qy)), hn::Mul(qz, qz));
-    result |= bits_of(d, hn::Le(q, limit)) << i;
+    result |= bits_of(hn::Le(q, limit)) << i;
   }
   return result & rays;
 }
