@@ -31,6 +31,7 @@ struct Library {
   Context (*create)(Display, Config, Context, const std::int32_t*);
   unsigned (*destroy)(Display, Context);
   unsigned (*make_current)(Display, void*, void*, Context);
+  unsigned (*release_thread)();
   std::int32_t (*error)();
   // Of extensions.
   Display (*platform_display)(unsigned, void*, const std::int32_t*);
@@ -47,6 +48,7 @@ struct Library {
     library.get(create, "eglCreateContext");
     library.get(destroy, "eglDestroyContext");
     library.get(make_current, "eglMakeCurrent");
+    library.get(release_thread, "eglReleaseThread");
     library.get(error, "eglGetError");
     extension(platform_display, "eglGetPlatformDisplayEXT");
     extension(query_devices, "eglQueryDevicesEXT");
@@ -80,7 +82,12 @@ class EglContext final : public GlContext {
     if (!library_.make_current(display_, nullptr, nullptr, context_))
       throw Error(library_.failure("eglMakeCurrent"));
   }
-  void release() override { library_.make_current(display_, nullptr, nullptr, nullptr); }
+  // The thread's own state goes, too: what EGL keeps of a thread that lives until the process ends is freed
+  // twice then, by the thread and by EGL (seen with Mesa 22.3).
+  void release() override {
+    library_.make_current(display_, nullptr, nullptr, nullptr);
+    library_.release_thread();
+  }
   void* function(const char* name) const override { return library_.function(name); }
 
  private:
@@ -94,6 +101,7 @@ class Egl final : public GlPlatform {
   // A card's display first; a display that opens but makes no context of 4.5 is passed over.
   Egl() {
     const NoRasterThreads none;
+    const ThreadState state{library_};
     const char* client = library_.query_string(nullptr, kExtensions);
     std::string why = "EGL finds neither a device nor Mesa's platform without surfaces";
     if (library_.query_devices && library_.query_device_string && has(client, "EGL_EXT_platform_device")) {
@@ -124,6 +132,11 @@ class Egl final : public GlPlatform {
   bool survives_fork() const override { return survives_fork_; }
 
  private:
+  struct ThreadState {
+    const Library& library;
+    ~ThreadState() { library.release_thread(); }
+  };
+
   bool open(Display display, std::string& why) {
     if (!display || !library_.initialize(display, nullptr, nullptr)) {
       why = library_.failure("eglInitialize");
