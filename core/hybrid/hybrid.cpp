@@ -1,11 +1,16 @@
 #include "core/hybrid/hybrid.h"
 
+#include <functional>
+
 #include "core/base/error.h"
 #include "core/hybrid/tile_tracer.h"
+#include "core/trace/caster.h"
 
 namespace trimray::hybrid {
 
-struct HybridView::Impl : ViewContext {};
+struct HybridView::Impl : ViewContext {
+  std::function<void(const trace::Tile&, trace::TileHits&)> standard;
+};
 
 namespace {
 bool fits(const raster::SeedBuffers& seeds, const view::Camera& camera) {
@@ -18,17 +23,20 @@ bool fits(const raster::SeedBuffers& seeds, const view::Camera& camera) {
 }  // namespace
 
 HybridView::HybridView(const trace::Scene& scene, const view::Camera& camera,
-                       const raster::SeedBuffers* seeds)
+                       const raster::SeedBuffers* seeds, double crowded_leaves)
     : impl_(std::make_unique<Impl>()) {
   Impl& v = *impl_;
   v.scene = &scene.impl();
   v.camera = camera;
+  v.crowded_leaves = crowded_leaves;
   v.world = CameraFrame(camera, {});
   if (seeds != nullptr && !fits(*seeds, camera))
     throw ArgumentError("seeds are of another size than the picture");
   v.seeds = seeds;
   const trace::Bvh& bvh = v.scene->bvh;
   v.reference = bvh.nodes.empty() ? 0.0 : v.world.point(bvh.center).z;
+  v.standard = trace::tiles_of(camera, [&scene](std::span<const trace::Ray> rays,
+                                                std::span<trace::Hit> hits) { scene.cast(rays, hits, 1); });
   v.instances.reserve(v.scene->instances.size());
   for (std::size_t i = 0; i < v.scene->instances.size(); ++i)
     v.instances.emplace_back(*v.scene, camera, static_cast<std::int32_t>(i));
@@ -46,6 +54,11 @@ void HybridView::trace(const trace::Tile& tile, trace::TileHits& out, HybridStat
   thread_local TileState state;
   HybridStats unused;
   TileTracer tracer(*impl_, tile, state, stats ? *stats : unused);
+  if (tracer.crowded()) {
+    impl_->standard(tile, out);
+    if (stats) stats->rays += tile.rays(), stats->hits += out.hit.size(), stats->crowded += tile.rays();
+    return;
+  }
   tracer.seeds();
   tracer.leaves();
   tracer.edges();

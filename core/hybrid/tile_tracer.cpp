@@ -38,6 +38,22 @@ float TileTracer::far() const {
   return far;
 }
 
+bool TileTracer::crowded() const {
+  const trace::Scene::Impl& scene = *view_.scene;
+  if (!(view_.crowded_leaves < kInf)) return false;
+  const auto most = static_cast<std::int64_t>(view_.crowded_leaves * width_ * height_);
+  std::int64_t sum = 0;
+  walk_tile(
+      scene.bvh, TileSpace(view_.world, scene.bvh, rect_, view_.reference), [&] { return kFarDepth; },
+      [&](std::int32_t index, float) {
+        if (sum > most) return;
+        const InstanceView& instance = view_.instances[index];
+        const trace::Bvh& bvh = instance.prototype->bvh;
+        sum += estimate_tile(bvh, TileSpace(instance.frame, bvh, rect_, view_.reference), most - sum);
+      });
+  return sum > most;
+}
+
 void TileTracer::leaves() {
   far_ = far();
   const auto limit = [&] { return far_; };

@@ -17,6 +17,7 @@ struct ViewContext {
   view::Camera camera;
   CameraFrame world;       // of world coordinates
   double reference = 0.0;  // depths count from it
+  double crowded_leaves = kCrowdedLeaves;
   std::vector<InstanceView> instances;
   const raster::SeedBuffers* seeds = nullptr;
 };
@@ -32,6 +33,8 @@ class TileTracer {
  public:
   TileTracer(const ViewContext& view, const trace::Tile& tile, TileState& state, HybridStats& stats);
 
+  // Are there so many leaves for the pixels that rays by themselves, in packets, are the faster way?
+  bool crowded() const;
   // First hits from the seeds of the view, if it has any.
   void seeds();
   // Every leaf that can cover a pixel in front of its hit so far.

@@ -105,4 +105,31 @@ std::uint64_t walk_tile(const trace::Bvh& bvh, const TileSpace& space, const Lim
   return opened;
 }
 
+// About how many primitives walk_tile() would visit without a limit; no more is counted beyond `most`. Small
+// branches count as a whole, so it is some half too many. bvh.below must be set.
+inline std::int64_t estimate_tile(const trace::Bvh& bvh, const TileSpace& space, std::int64_t most) {
+  constexpr std::int32_t kSmall = 16;
+  if (bvh.nodes.empty()) return 0;
+  std::int32_t stack[trace::kBvhDepth * trace::kBvhWidth];
+  int top = 0;
+  std::int64_t sum = 0;
+  stack[top++] = 0;
+  while (top > 0 && sum <= most) {
+    const trace::BvhNode& node = bvh.nodes[stack[--top]];
+    int child[trace::kBvhWidth];
+    float near[trace::kBvhWidth];
+    const int count = space.children(node, child, near);
+    for (int i = 0; i < count; ++i) {
+      const std::int32_t next = node.child[child[i]];
+      if (next < 0)
+        ++sum;
+      else if (bvh.below[next] <= kSmall)
+        sum += bvh.below[next];
+      else
+        stack[top++] = next;
+    }
+  }
+  return sum;
+}
+
 }  // namespace trimray::hybrid

@@ -200,6 +200,12 @@ std::vector<std::int32_t> renumber_primitives(Bvh& bvh) {
       old.push_back(~node.child[i]);
       node.child[i] = ~static_cast<std::int32_t>(old.size() - 1);
     }
+  bvh.below.assign(bvh.nodes.size(), 0);
+  for (std::size_t n = bvh.nodes.size(); n-- > 0;)  // children stand behind their parents
+    for (int i = 0; i < bvh.nodes[n].count; ++i) {
+      const std::int32_t child = bvh.nodes[n].child[i];
+      bvh.below[n] += child < 0 ? 1 : bvh.below[child];
+    }
   return old;
 }
 

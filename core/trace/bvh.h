@@ -23,10 +23,13 @@ struct alignas(64) BvhNode {
 // no nodes when there was no box that is not empty.
 struct Bvh {
   std::vector<BvhNode> nodes;
+  std::vector<std::int32_t> below;  // by node: primitives in it and below; set by renumber_primitives()
   dvec3 center{0.0};
   double radius = 0.0;  // of a ball about the center that holds every box
   double dilation = 0.0;
-  std::int64_t bytes() const { return static_cast<std::int64_t>(nodes.size() * sizeof(BvhNode)); }
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>(nodes.size() * sizeof(BvhNode) + below.size() * sizeof(below[0]));
+  }
 };
 
 // Rays are followed in float, from an origin within `radius` of the center, so a box face may be seen

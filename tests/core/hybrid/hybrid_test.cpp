@@ -123,7 +123,7 @@ TEST(Hybrid, ManyThreadsMayShareAView) {
   const view::Camera camera = all_cameras(s.bounds, 90, 80)[6].camera;
   const std::vector<dvec2> places = view::sample_pattern(4);
   const Picture expected = standard_picture(s.scene, camera, places);
-  const HybridView view(s.scene, camera, nullptr);
+  const HybridView view(s.scene, camera, nullptr, kInf);
   Picture got[4];
   std::vector<std::thread> threads;
   for (int i = 0; i < 4; ++i)
@@ -134,6 +134,27 @@ TEST(Hybrid, ManyThreadsMayShareAView) {
   for (std::thread& t : threads) t.join();
   for (int i = 0; i < 4; ++i) expect_same(expected, got[i], "thread " + std::to_string(i));
   EXPECT_GT(hits_of(expected), 1000u);
+}
+
+// Where leaves crowd, packets take over: on some tiles, on all, or on none.
+TEST(Hybrid, CrowdedTilesGiveTheSameBits) {
+  const std::vector<dvec2> places = view::sample_pattern(4);
+  for (const NamedScene& s : scenes())
+    for (const auto& [name, camera] : all_cameras(s.bounds, 67, 45)) {
+      if (name.find("whole") == name.npos) continue;
+      const Picture expected = standard_picture(s.scene, camera, places);
+      std::uint64_t last = 0;
+      for (const double leaves : {kInf, 1.0, 0.1, 0.0}) {
+        HybridStats stats;
+        const HybridView view(s.scene, camera, nullptr, leaves);
+        expect_same(expected, hybrid_picture(view, camera, places, 16, 16, stats), s.name + ", " + name);
+        EXPECT_GE(stats.crowded, last);
+        EXPECT_EQ(stats.rays, places.size() * 67 * 45);
+        last = stats.crowded;
+        EXPECT_TRUE(leaves < kInf || stats.crowded == 0);
+      }
+      EXPECT_GE(last, hits_of(expected));
+    }
 }
 
 TEST(Hybrid, TilesAboveTheLargestAreRefused) {
@@ -152,7 +173,7 @@ TEST(Hybrid, TilesAboveTheLargestAreRefused) {
 TEST(Hybrid, StatsAreAddedToThoseGiven) {
   const NamedScene& s = scenes()[0];
   const view::Camera camera = all_cameras(s.bounds, 64, 64)[0].camera;
-  const HybridView view(s.scene, camera, nullptr);
+  const HybridView view(s.scene, camera, nullptr, kInf);
   const std::vector<dvec2> places = view::sample_pattern(4);
   trace::TileHits hits, again;
   HybridStats stats;

@@ -94,7 +94,7 @@ inline bool expect_hybrid(const trace::Scene& scene, const view::Camera& camera,
                           const raster::SeedBuffers* seeds, std::span<const dvec2> places, int tile_width,
                           int tile_height, const Picture& expected, const std::string& what,
                           hybrid::HybridStats* sums = nullptr) {
-  const hybrid::HybridView view(scene, camera, seeds);
+  const hybrid::HybridView view(scene, camera, seeds, kInf);
   hybrid::HybridStats stats;
   const Picture got = hybrid_picture(view, camera, places, tile_width, tile_height, stats);
   EXPECT_EQ(stats.rays, expected.size()) << what;
