@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -54,13 +55,14 @@ def test_the_reference_gives_the_picture_of_the_others(box: trimray.Model) -> No
 
 @pytest.mark.parametrize("mode", ["hybrid", "standard"])
 def test_time_is_what_the_pixels_took(sphere: trimray.Model, mode: str) -> None:
-    frame = sphere.render((64, 48), samples=1, mode=mode, aovs=("time", "face"))  # type: ignore[arg-type]
+    start = perf_counter()
+    frame = sphere.render((64, 48), samples=1, mode=mode, aovs=("time", "face"), threads=1)  # type: ignore[arg-type]
+    elapsed = perf_counter() - start
     time = frame["time"]
     assert time.shape == (48, 64) and time.dtype == np.float32
     assert (time > 0).all()
     blocks = time.reshape(6, 8, 8, 8)
     assert (blocks == blocks[:, :1, :, :1]).all()
-    covered = (frame["face"] >= 0).reshape(6, 8, 8, 8).all((1, 3))
-    assert covered.any() and np.median(blocks[:, 0, :, 0][covered]) > np.median(blocks[0, 0, :, 0])
+    assert 0.0 < time.sum(dtype=np.float64) * 1e-9 <= elapsed
     alone = sphere.render((64, 48), samples=1, mode=mode, aovs="time")["time"]  # type: ignore[arg-type]
     assert (alone > 0).all()
