@@ -1,16 +1,12 @@
 #include "core/hybrid/hybrid.h"
 
-#include <functional>
-
 #include "core/base/error.h"
 #include "core/hybrid/tile_tracer.h"
 #include "core/trace/caster.h"
 
 namespace trimray::hybrid {
 
-struct HybridView::Impl : ViewContext {
-  std::function<void(const trace::Tile&, trace::TileHits&)> standard;
-};
+struct HybridView::Impl : ViewContext {};
 
 namespace {
 bool fits(const raster::SeedBuffers& seeds, const view::Camera& camera) {
@@ -20,6 +16,17 @@ bool fits(const raster::SeedBuffers& seeds, const view::Camera& camera) {
          seeds.id.size() == pixels &&
          (seeds.process == raster::SeedProcess::kId || seeds.uv.size() == 2 * pixels);
 }
+
+void by_packets(const ViewContext& view, const trace::Tile& tile, trace::TileHits& out, HybridStats* stats) {
+  trace::TraceStats counters;
+  trace::tiles_of(view.camera, [&](std::span<const trace::Ray> rays, std::span<trace::Hit> hits) {
+    view.scene->nearest(rays, hits, counters);
+  })(tile, out);
+  if (stats == nullptr) return;
+  stats->rays += tile.rays(), stats->crowded += tile.rays(), stats->hits += out.hit.size();
+  stats->solves += counters.leaves, stats->open += counters.fallbacks, stats->edge_rays += counters.edge_rays;
+}
+
 }  // namespace
 
 HybridView::HybridView(const trace::Scene& scene, const view::Camera& camera,
@@ -35,8 +42,6 @@ HybridView::HybridView(const trace::Scene& scene, const view::Camera& camera,
   v.seeds = seeds;
   const trace::Bvh& bvh = v.scene->bvh;
   v.reference = bvh.nodes.empty() ? 0.0 : v.world.point(bvh.center).z;
-  v.standard = trace::tiles_of(camera, [&scene](std::span<const trace::Ray> rays,
-                                                std::span<trace::Hit> hits) { scene.cast(rays, hits, 1); });
   v.instances.reserve(v.scene->instances.size());
   for (std::size_t i = 0; i < v.scene->instances.size(); ++i)
     v.instances.emplace_back(*v.scene, camera, static_cast<std::int32_t>(i));
@@ -54,11 +59,7 @@ void HybridView::trace(const trace::Tile& tile, trace::TileHits& out, HybridStat
   thread_local TileState state;
   HybridStats unused;
   TileTracer tracer(*impl_, tile, state, stats ? *stats : unused);
-  if (tracer.crowded()) {
-    impl_->standard(tile, out);
-    if (stats) stats->rays += tile.rays(), stats->hits += out.hit.size(), stats->crowded += tile.rays();
-    return;
-  }
+  if (tracer.crowded()) return by_packets(*impl_, tile, out, stats);
   tracer.seeds();
   tracer.leaves();
   tracer.edges();
