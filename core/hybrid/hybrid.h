@@ -27,7 +27,7 @@ struct HybridStats {
 // Leaves a pixel of a tile from which on packets of rays are the faster way to the same hits: measured on
 // boards and assemblies of 20 to 50,000 leaves in pictures of 256 to 1024 px, with 1 and 4 samples; between 1
 // and 2 it makes little difference.
-inline constexpr double kCrowdedLeaves = 1.8;
+inline constexpr double kCrowdedLeaves = 1.0;
 
 // One camera on one scene. Immutable; trace() may be called from many threads, tile by tile.
 class HybridView {
