@@ -3,7 +3,7 @@
 SAMPLE  := samples/bracket.step
 PICTURE := out/bracket.png
 
-.PHONY: help setup picture test test-cpp test-python check bench clean
+.PHONY: help setup setup-tests picture test test-cpp test-python check bench clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -18,12 +18,15 @@ picture: setup ## render a sample and say where the picture is
 
 test: test-cpp test-python ## all tests
 
-test-cpp: setup
+setup-tests:
+	@scripts/setup --tests
+
+test-cpp: setup-tests
 	@cmake --preset release -DPython_EXECUTABLE=$(abspath .venv/bin/python) >/dev/null
 	@cmake --build --preset release
 	@ctest --preset release -j 2 --output-on-failure
 
-test-python: setup
+test-python: setup-tests
 	@.venv/bin/python -m pytest
 
 check: setup ## format, lint, types and tests: all that CI runs

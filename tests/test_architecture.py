@@ -54,6 +54,8 @@ LIBRARY_RULES: dict[str, tuple[str, ...]] = {
 PYTHON_RULES: dict[str, tuple[str, ...]] = {
     "importer": ("numpy", "OCP", "trimray.importer", "trimray._core"),
     "api": ("numpy", "OpenImageIO", "PIL", "trimesh", "trimray", "trimray.importer"),
+    "batch": ("numpy", "pebble", "distributed", "trimray"),
+    "desktop": ("numpy", "trimray"),
     "cli": ("click", "rich", "numpy", "trimray"),
 }
 
@@ -160,7 +162,7 @@ def test_python_imports_only_what_its_folder_may_use(folder: str) -> None:
 
 def test_only_the_importer_knows_opencascade_and_only_image_io_knows_openimageio() -> None:
     wrong = []
-    for folder in ("importer", "api", "cli"):
+    for folder in PYTHON_RULES:
         for path in (ROOT / folder).rglob("*.py"):
             package = "trimray" if folder == "api" else f"trimray.{folder}"
             for name in _imports(path, package):

@@ -1,0 +1,1 @@
+"""Thumbnails in file managers: the thumbnailer, its registration, and the freedesktop cache."""
