@@ -54,6 +54,7 @@ LIBRARY_RULES: dict[str, tuple[str, ...]] = {
 PYTHON_RULES: dict[str, tuple[str, ...]] = {
     "importer": ("numpy", "OCP", "trimray.importer", "trimray._core"),
     "api": ("numpy", "OpenImageIO", "PIL", "trimesh", "trimray", "trimray.importer"),
+    "fidelity": ("numpy", "pytest", "trimray"),
     "batch": ("numpy", "pebble", "distributed", "trimray"),
     "desktop": ("numpy", "trimray"),
     "cli": ("click", "rich", "numpy", "trimray"),
