@@ -197,7 +197,8 @@ def write_file(path: str, data: bytes) -> None:
 
 def _replace(target: str, data: bytes) -> None:
     folder, name = os.path.split(target)
-    temporary = os.path.join(folder, f".{name[:200]}.{os.urandom(6).hex()}.part")
+    short = os.fsdecode(os.fsencode(name)[:200])  # file systems count bytes
+    temporary = os.path.join(folder, f".{short}.{os.urandom(6).hex()}.part")
     try:
         descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         with open(descriptor, "wb") as file:

@@ -12,7 +12,7 @@ import OpenImageIO as oiio
 import pytest
 
 from trimray import Frame, OutputError, UsageError
-from trimray.image_io import encode, format_of
+from trimray.image_io import encode, format_of, write_file
 
 W, H = 13, 7
 
@@ -182,3 +182,9 @@ def test_frame_is_a_mapping_of_planes() -> None:
         _ = frame()["depth"]
     with pytest.raises(KeyError):
         _ = f["nothing"]
+
+
+def test_a_name_may_be_as_long_as_the_file_system_lets_it(tmp_path):
+    name = "é" * 125 + ".png"  # 254 bytes
+    write_file(str(tmp_path / name), b"1")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
