@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .model import Model, Progress
 
 Heal = Literal["default", "off", "strict"]
+Start = Literal["spawn", "fork"]
 
 
 def load(
@@ -30,6 +31,7 @@ def load(
     name: str | None = None,
     progress: Progress | None = None,
     prepare: bool = False,
+    start: Start = "spawn",
 ) -> Model:
     """Reads a model: STEP, IGES, BREP, STL, OBJ, PLY or OFF, also compressed, or a shape given in Python.
 
@@ -45,12 +47,15 @@ def load(
     time_limit: seconds, memory_limit: bytes, of the child process that reads the file; none by default.
     progress: called with a stage and a fraction or None.
     prepare: begin to make the model ready for rays at once, in the background, rather than at the first ray.
+    start: of the reading process: "spawn" is a new interpreter; "fork" a copy of this one, for programs that
+        read many files: it takes no second to start once ``trimray.importer.child.preload()`` was called. No
+        other thread may be at work meanwhile.
 
     A face that cannot be drawn is no error: see ``Model.report``. Raises InputError for what cannot be read,
     EmptyError where there is no face, TimeLimitError, MemoryLimitError, UsageError.
     """
     options = {"heal": heal, "precision": precision}
-    limits = {"time_limit": time_limit, "memory_limit": memory_limit}
+    limits = {"time_limit": time_limit, "memory_limit": memory_limit, "start": start}
     path = path_or_shape
     if not isinstance(path, str | os.PathLike | bytes):
         return _import(path, None, name, options, limits, progress, prepare)

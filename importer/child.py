@@ -1,8 +1,8 @@
 """The process that reads one file, alone with OpenCascade or OpenMesh: a crash, a hang or a full memory ends
 only it.
 
-Started by process.py as ``child.main(arguments)``; answers on a pipe (wire.py). Nothing it or OpenCascade
-prints reaches the caller's stdout or stderr.
+Started by process.py or forked.py as ``child.main(arguments)``; answers on a pipe (wire.py). Nothing it or
+OpenCascade prints reaches the caller's stdout or stderr.
 """
 
 import ctypes
@@ -24,14 +24,16 @@ _PR_SET_PDEATHSIG = 1
 
 
 def main(argument: str) -> None:
-    """argument: JSON of process.Request, with the number of the pipe and of the parent process."""
+    """argument: JSON of process.Request, with the number of the pipe and of the parent process; of a forked
+    child also with the bytes of data that it inherited, which are none of the file's."""
     request: dict[str, Any] = json.loads(argument)
     _die_with(request["parent"])
     _mute()
     with os.fdopen(request["pipe"], "wb") as pipe:
         try:
             if request["memory_limit"] is not None:
-                resource.setrlimit(resource.RLIMIT_DATA, (request["memory_limit"], resource.RLIM_INFINITY))
+                limit = request["memory_limit"] + request.get("inherited", 0)
+                resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.RLIM_INFINITY))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             _read(request, pipe)
         except errors.Error as error:
@@ -47,6 +49,13 @@ def main(argument: str) -> None:
             resource.setrlimit(resource.RLIMIT_DATA, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
             wire.send(pipe, _foreign(request["name"], error))
     os._exit(0)  # OpenCascade's static destructors have been seen to hang
+
+
+def preload() -> None:
+    """Imports what reading needs, so that forked children find it (process.py, start="fork")."""
+    from . import occt, read_file, read_triangles  # noqa: F401
+
+    occt.initialize()
 
 
 def _read(request: dict[str, Any], pipe: BinaryIO) -> None:

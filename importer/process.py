@@ -10,14 +10,17 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from . import errors, wire
+from .forked import Forked, fork_child
 from .mesh_model import MeshModel
 from .model import BrepModel
 from .step_text import StepText
 
 Progress = Callable[[str, float | None], None]
+# How the child begins: as a new interpreter, or as a copy of this process.
+Start = Literal["spawn", "fork"]
 
 # Seconds between two looks at the child's memory.
 _WATCH_INTERVAL = 0.05
@@ -54,26 +57,19 @@ def run_child(
     time_limit: float | None,
     progress: Progress | None = None,
     module: str = f"{__package__}.child",
+    start: Start = "spawn",
 ) -> BrepModel | MeshModel:
     """Reads in a child process.
 
     Raises TimeLimitError, MemoryLimitError, InputError (also for a crash), EmptyError; an exception of
     ``progress`` and KeyboardInterrupt pass through. The child is dead when this returns or raises.
     module: the child's code, ``module.main(argument)``; tests put a misbehaving one in its place.
+    start: "fork" spares the child a second of imports where this process has made them (forked.py).
     """
     receive, send = os.pipe()
-    package_folder = str(Path(__file__).absolute().parent.parent)
     argument = json.dumps({**asdict(request), "pipe": send, "parent": os.getpid()})
-    command = [sys.executable, "-c", _BOOTSTRAP, str(__package__), package_folder, module, argument]
     try:
-        child = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            pass_fds=(send,),
-            start_new_session=True,  # Ctrl-C reaches the caller, who kills the child
-        )
+        child = _spawn(module, argument, send) if start == "spawn" else fork_child(module, argument, send)
     except OSError as error:
         os.close(receive)
         raise errors.Error(f"{request.name}: cannot start the reading process: {error}") from None
@@ -88,9 +84,21 @@ def run_child(
         child.wait()
 
 
+def _spawn(module: str, argument: str, pipe: int) -> subprocess.Popen[bytes]:
+    package_folder = str(Path(__file__).absolute().parent.parent)
+    return subprocess.Popen(
+        [sys.executable, "-c", _BOOTSTRAP, str(__package__), package_folder, module, argument],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        pass_fds=(pipe,),
+        start_new_session=True,  # Ctrl-C reaches the caller, who kills the child
+    )
+
+
 class _Watch:
     def __init__(
-        self, child: subprocess.Popen[bytes], pipe: int, request: Request, limit: float | None
+        self, child: subprocess.Popen[bytes] | Forked, pipe: int, request: Request, limit: float | None
     ) -> None:
         self.child, self.pipe, self.request = child, pipe, request
         self.time_limit = limit

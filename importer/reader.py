@@ -9,7 +9,7 @@ from typing import Any, Literal
 from . import errors, shapes
 from .mesh_model import MeshModel
 from .model import BrepModel
-from .process import Progress, Request, run_child
+from .process import Progress, Request, Start, run_child
 
 Heal = Literal["default", "off", "strict"]
 
@@ -23,6 +23,7 @@ def read_model(
     time_limit: float | None = None,
     memory_limit: int | None = None,
     progress: Progress | None = None,
+    start: Start = "spawn",
 ) -> BrepModel | MeshModel:
     """Reads a STEP, IGES, BREP, STL, OBJ, PLY or OFF file, also compressed (gzip, zip), or takes a shape
     given in Python. Files of triangles become a MeshModel.
@@ -37,6 +38,9 @@ def read_model(
     time_limit: seconds of wall clock, process start included. memory_limit: bytes of resident memory of the
         reading process, which needs about 300 MiB before it has read anything. There is no limit by default.
     progress: called with a stage ("parse", "transfer", "sew", "extract") and a fraction or None.
+    start: of the reading process: "spawn" is a new interpreter; "fork" a copy of this process, which is there
+        at once where OCP has been imported already (child.preload), and is meant for processes that read many
+        files. No other thread may be at work then.
     Raises an Error of errors.py; the caller's process never loads OpenCascade for a file.
     """
     _check_arguments(heal, precision, time_limit, memory_limit)
@@ -45,7 +49,7 @@ def read_model(
     with tempfile.TemporaryDirectory(prefix="trimray-") as folder:
         path, shown = _input_file(source, name, Path(folder))
         request = Request(str(path), shown, folder, heal, precision, memory_limit)
-        return run_child(request, time_limit=time_limit, progress=progress)
+        return run_child(request, time_limit=time_limit, progress=progress, start=start)
 
 
 def _check_arguments(
