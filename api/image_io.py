@@ -58,11 +58,13 @@ def save(frame: Frame, path: str | os.PathLike[str] | IO[bytes], format: str | N
 def preload() -> None:
     """Imports OpenImageIO, which takes as long as a small picture, in the background."""
 
-    def target() -> None:
-        with contextlib.suppress(ImportError):
-            import OpenImageIO  # noqa: F401
+    threading.Thread(target=import_library, name="trimray-preload").start()
 
-    threading.Thread(target=target, name="trimray-preload").start()
+
+def import_library() -> None:
+    """Imports OpenImageIO now; encode says what is wrong where it cannot be."""
+    with contextlib.suppress(ImportError):
+        import OpenImageIO  # noqa: F401
 
 
 def encode(frame: Frame, format: str) -> bytes:
@@ -193,6 +195,15 @@ def write_file(path: str, data: bytes) -> None:
         _replace(target, data)
     except (OSError, ValueError) as error:
         raise OutputError(f"{path}: not written: {getattr(error, 'strerror', None) or error}") from None
+
+
+def remove_leftovers(path: str) -> None:
+    """Removes what a process left beside path that was killed while it wrote there. No other may be at it."""
+    folder, name = os.path.split(os.path.realpath(path))
+    with contextlib.suppress(OSError, ValueError):
+        for entry in os.listdir(folder):
+            if entry.startswith(f".{name[:200]}.") and entry.endswith(".part"):
+                os.unlink(os.path.join(folder, entry))
 
 
 def _replace(target: str, data: bytes) -> None:
