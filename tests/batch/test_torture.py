@@ -1,0 +1,67 @@
+"""A small library of hostile files: `scripts/verify batch` runs one of more than a thousand."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from .torture import library
+from .torture.judge import Row, judge, judge_end
+from .torture.runs import SIZE, Setup, disturbed, singles, undisturbed
+
+PATIENCE = 300.0
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
+    folder = tmp_path_factory.mktemp("torture")
+    entries = library.build(folder / "library", mutants=26, small=True)
+    return Setup(folder / "library", folder, entries, limits=("3", "1G"))
+
+
+@pytest.fixture(scope="module")
+def rows(setup: Setup) -> dict[bytes, Row]:
+    """Of a run that nothing disturbed."""
+    done, problems = undisturbed(setup, "whole", PATIENCE)
+    assert not problems
+    rows = setup.rows("whole")
+    named = done.err.decode(errors="surrogateescape")
+    for row in rows.values():
+        if row["status"] == "failed":
+            assert row["reason"] in named, "every bad file is named on stderr"
+    return rows
+
+
+def test_the_library_is_the_same_for_the_same_seed(tmp_path: Path, setup: Setup) -> None:
+    again = library.build(tmp_path / "again", mutants=26, small=True)
+    assert again == setup.entries
+    for entry in again:
+        if entry.kind != "devices" and entry.kind != "links":
+            assert (tmp_path / "again" / entry.shown).read_bytes() == (
+                setup.library / entry.shown
+            ).read_bytes()
+    shutil.rmtree(tmp_path / "again")
+
+
+def test_every_good_file_is_drawn_and_every_bad_one_named(setup: Setup, rows: dict[bytes, Row]) -> None:
+    like = singles(setup.entries, setup.library, setup.folder)
+    verdict = judge(setup.entries, rows, setup.output("whole"), SIZE, like=like)
+    assert not verdict.problems
+
+
+@pytest.mark.parametrize(
+    ("how", "share"), [("group", 0.37), ("supervisor", 0.61), ("SIGINT", 0.23), ("SIGTERM", 0.8)]
+)
+def test_a_run_that_was_ended_goes_on_where_it_was(
+    setup: Setup, rows: dict[bytes, Row], how: str, share: float
+) -> None:
+    problems, _ = disturbed(setup, how, "whole", how, share, PATIENCE)
+    assert not problems
+
+
+def test_a_second_run_draws_nothing(setup: Setup, rows: dict[bytes, Row]) -> None:
+    done = setup.start("whole").wait(PATIENCE)
+    assert not judge_end(done)
+    assert setup.rows("whole") == rows
