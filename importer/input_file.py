@@ -25,7 +25,7 @@ def open_input(path: str, *, name: str, folder: str, memory_limit: int | None, r
     source: dict[str, Any] = {"name": os.path.basename(name), "bytes": os.path.getsize(path)}
     kind = kind_of(path, name)
     if kind not in ("gzip", "zip"):
-        return InputFile(path, kind, source)
+        return InputFile(_utf8_path(path, folder), kind, source)
     with report.stage("unpack"):
         unpacked, inner = archive.unpack(Path(path), kind, Path(folder), name=name, memory_limit=memory_limit)
     source["archive"], source["member"] = kind, inner
@@ -35,3 +35,27 @@ def open_input(path: str, *, name: str, folder: str, memory_limit: int | None, r
 def kind_of(path: str, name: str) -> Format:
     with open(path, "rb") as file:
         return sniff(file.read(kSniffBytes), name, os.path.getsize(path))
+
+
+def _utf8_path(path: str, folder: str) -> str:
+    """The path, or one by links in folder where its bytes are no UTF-8: the readers take no other. The folder
+    is linked rather than the file where that will do, so that files are found that this one refers to."""
+    if _is_utf8(path):
+        return path
+    parent, name = os.path.split(os.path.abspath(path))
+    if not _is_utf8(parent):
+        os.symlink(parent, os.path.join(folder, "folder"))
+        parent = os.path.join(folder, "folder")
+    if _is_utf8(name):
+        return os.path.join(parent, name)
+    link = os.path.join(folder, "input")
+    os.symlink(os.path.join(parent, name), link)
+    return link
+
+
+def _is_utf8(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -1,12 +1,11 @@
 """MeshModel: the record that leaves the importer for files of triangles, as BrepModel does for B-reps."""
 
-import json
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .model import Float32s, Float64s, Int32s
+from .model import Float32s, Float64s, Int32s, json_text
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class MeshModel:
         }
 
     def meta_json(self) -> str:
-        return json.dumps(self.meta(), ensure_ascii=False, separators=(",", ":"))
+        return json_text(self.meta())
 
     def validate(self) -> None:
         """Raises ValueError naming the first field whose type or shape is wrong; indices are checked where

@@ -82,7 +82,7 @@ class BrepModel:
 
     def meta_json(self) -> str:
         """``meta()`` as the UTF-8 text that build_store takes."""
-        return json.dumps(self.meta(), ensure_ascii=False, separators=(",", ":"))
+        return json_text(self.meta())
 
     def validate(self) -> None:
         """Raises ValueError naming the first field whose type, shape or range is wrong."""
@@ -118,3 +118,9 @@ class BrepModel:
                 raise ValueError(f"tree[{index}]: out of range")
         if any(not 0 <= instance.node < len(self.tree) for instance in self.instances):
             raise ValueError("instances: node out of range")
+
+
+def json_text(meta: dict[str, Any]) -> str:
+    """As compact JSON; what stands for bytes of a file's name that are no UTF-8 becomes U+FFFD."""
+    text = json.dumps(meta, ensure_ascii=False, separators=(",", ":"))
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

@@ -63,6 +63,17 @@ def test_pipe_and_odd_names(tmp_path):
         read_model("a\0b.step")
 
 
+@pytest.mark.parametrize("name", [b"a\xff.step", b"b\xe4/a.step", b"b\xe4/a\xff.brep", b"b\xe4/a.step.gz"])
+def test_paths_that_are_no_utf8(tmp_path, name):
+    path = os.path.join(os.fsencode(tmp_path), name)
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    make_file = make.brep_file if name.endswith(b"brep") else make.step_file
+    data = make_file(tmp_path / "plain", make.box()).read_bytes()
+    with open(path, "wb") as file:
+        file.write(gzip.compress(data) if name.endswith(b".gz") else data)
+    assert read_model(os.fsdecode(path)).report["faces"] == 6
+
+
 def test_foreign_object():
     with pytest.raises(UsageError, match="cannot read a model from int"):
         read_model(3)
@@ -230,3 +241,10 @@ def test_numbers_that_are_none_are_told_from_words(record, found):
     text = StepText(b"ISO-10303-21;DATA;#1=X('');" + record + b"ENDSEC;END-ISO-10303-21;")
     defect = text.not_a_number()
     assert (defect.id if defect else None) == found
+
+
+def test_a_name_that_is_no_utf8_leaves_text_that_is(tmp_path):
+    path = os.path.join(os.fsencode(tmp_path), b"a\xff.step")
+    os.rename(make.step_file(tmp_path / "a.step", make.box()), path)
+    meta = read_model(os.fsdecode(path)).meta_json()
+    assert "a\ufffd" in meta and meta.encode()
