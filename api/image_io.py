@@ -7,7 +7,7 @@ import errno
 import os
 import stat
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import IO, TYPE_CHECKING, Any
@@ -176,8 +176,8 @@ def _date() -> str:
         return ""
 
 
-def write_file(path: str, data: bytes) -> None:
-    """Puts data at path: beside it under a temporary name, then renamed, so that nobody ever sees a half of
+def write_file(path: str, data: bytes | Iterable[bytes]) -> None:
+    """Puts data, or the parts of it, at path: beside it under a temporary name, then renamed, so that nobody ever sees a half of
     it.
 
     A device or a pipe is written to directly. Raises OutputError; nothing is left behind.
@@ -188,7 +188,7 @@ def write_file(path: str, data: bytes) -> None:
             if os.path.isdir(target):
                 raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             with open(target, "wb") as device:
-                device.write(data)
+                device.writelines(_parts(data))
             return
         if os.path.exists(target) and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -202,18 +202,27 @@ def remove_leftovers(path: str) -> None:
     folder, name = os.path.split(os.path.realpath(path))
     with contextlib.suppress(OSError, ValueError):
         for entry in os.listdir(folder):
-            if entry.startswith(f".{name[:200]}.") and entry.endswith(".part"):
+            if entry.startswith(f".{temporary_stem(name)}.") and entry.endswith(".part"):
                 os.unlink(os.path.join(folder, entry))
 
 
-def _replace(target: str, data: bytes) -> None:
+def temporary_stem(name: str) -> str:
+    """What the temporary name of a file begins with, after a dot; with the rest no longer than a file system
+    takes."""
+    return os.fsdecode(os.fsencode(name)[:200])
+
+
+def _parts(data: bytes | Iterable[bytes]) -> Iterable[bytes]:
+    return [data] if isinstance(data, bytes) else data
+
+
+def _replace(target: str, data: bytes | Iterable[bytes]) -> None:
     folder, name = os.path.split(target)
-    short = os.fsdecode(os.fsencode(name)[:200])  # file systems count bytes
-    temporary = os.path.join(folder, f".{short}.{os.urandom(6).hex()}.part")
+    temporary = os.path.join(folder, f".{temporary_stem(name)}.{os.urandom(6).hex()}.part")
     try:
         descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         with open(descriptor, "wb") as file:
-            file.write(data)
+            file.writelines(_parts(data))
         os.replace(temporary, target)
     except BaseException:
         if os.path.lexists(temporary):

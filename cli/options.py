@@ -3,8 +3,8 @@ from it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from . import values
@@ -13,7 +13,8 @@ from . import values
 @dataclass(frozen=True)
 class Option:
     """name: key in the configuration file; TRIMRAY_NAME in the environment. parse: the text to the value;
-    raises trimray.UsageError. config: may stand in the configuration file and the environment."""
+    raises trimray.UsageError. config: may stand in the configuration file and the environment. defaults: of
+    commands that have one of their own."""
 
     name: str
     flags: tuple[str, ...]
@@ -27,12 +28,17 @@ class Option:
     multiple: bool = False
     config: bool = True
     commands: tuple[str, ...] = ("render",)
+    defaults: Mapping[str, str | bool | None] = field(default_factory=dict)
+
+    def default_of(self, command: str) -> str | bool | None:
+        return self.defaults.get(command, self.default)
 
 
-_ALL = ("render", "turntable", "mesh", "info", "bench")
+_ALL = ("render", "turntable", "mesh", "info", "bench", "batch")
 _WRITING = ("render", "turntable", "mesh")
-_VIEWING = (*_WRITING, "bench")
+_VIEWING = (*_WRITING, "bench", "batch")
 _DRAWING = ("render", "turntable")
+_PLAIN = (*_DRAWING, "batch")
 
 OPTIONS: tuple[Option, ...] = (
     Option(
@@ -52,6 +58,7 @@ OPTIONS: tuple[Option, ...] = (
         "512,512",
         parse=values.size,
         commands=_VIEWING,
+        defaults={"batch": "256,256"},
     ),
     Option(
         "view",
@@ -79,7 +86,7 @@ OPTIONS: tuple[Option, ...] = (
         choices=("orthographic", "perspective"),
         commands=_VIEWING,
     ),
-    Option("samples", ("--samples",), "Rays per pixel.", "N", "4", parse=values.samples, commands=_DRAWING),
+    Option("samples", ("--samples",), "Rays per pixel.", "N", "4", parse=values.samples, commands=_PLAIN),
     Option(
         "background",
         ("--background",),
@@ -87,19 +94,20 @@ OPTIONS: tuple[Option, ...] = (
         "COLOR[,COLOR]",
         "white",
         parse=values.background,
-        commands=_DRAWING,
+        commands=_PLAIN,
     ),
     Option(
         "format",
         ("--format",),
-        "png, jpeg, webp, tiff or exr; by default OUT's extension, else png.",
+        "png, jpg, webp, tiff or exr; by default the extension of OUT, or of --template, else png.",
         "NAME",
         parse=values.format,
+        commands=("render", "batch"),
     ),
     Option(
         "sequence_format",
         ("--format",),
-        "webp or gif; png, jpeg, webp, tiff or exr where OUT has a number in it, such as %04d; by default "
+        "webp or gif; png, jpg, webp, tiff or exr where OUT has a number in it, such as %04d; by default "
         "OUT's extension, else webp.",
         "NAME",
         parse=values.sequence_format,
@@ -247,18 +255,20 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "time_limit",
         ("--time-limit",),
-        "Longest time for one input.",
+        "Longest time for one input, or none.",
         "SECONDS",
         parse=values.seconds,
         commands=_ALL,
+        defaults={"batch": "30"},
     ),
     Option(
         "memory_limit",
         ("--memory-limit",),
-        "Most memory for reading one input.",
+        "Most memory for reading one input, or none; of a batch, for drawing it too.",
         "BYTES",
         parse=values.bytes,
         commands=_ALL,
+        defaults={"batch": "2G"},
     ),
     Option(
         "jobs",
@@ -276,6 +286,7 @@ OPTIONS: tuple[Option, ...] = (
         default=True,
         flag=True,
         commands=_ALL,
+        defaults={"batch": False},
     ),
     Option(
         "report",
@@ -292,7 +303,7 @@ OPTIONS: tuple[Option, ...] = (
         default=False,
         flag=True,
         config=False,
-        commands=_WRITING,
+        commands=(*_WRITING, "batch"),
     ),
     Option(
         "json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info", "bench")
@@ -324,6 +335,10 @@ OPTIONS: tuple[Option, ...] = (
         commands=_ALL,
     ),
 )
+
+
+# One after the other for the manual: those that batch alone has, before the last ones, which all have.
+OPTIONS = (*OPTIONS[:-4], *BATCH_OPTIONS, *OPTIONS[-4:])
 
 
 def options_of(command: str) -> tuple[Option, ...]:

@@ -7,7 +7,7 @@ import zlib
 from pathlib import Path, PurePosixPath
 
 from .errors import InputError, MemoryLimitError
-from .formats import MODELS, Format, extension, kSniffBytes, sniff
+from .formats import MODELS, Format, extension, kSniffBytes, names_model, sniff
 
 # Nothing grows beyond this, whatever the caller's memory limit: a guard against decompression bombs.
 kMaxUnpackedBytes = 4 << 30
@@ -40,6 +40,15 @@ def inner_name(name: str) -> str:
         return name
     stem = name[: -len(suffix)] + _WRAPPERS[suffix]
     return stem if extension(stem) else stem + ".stp"
+
+
+def is_model_name(name: str) -> bool:
+    """Does the name say that a model is in the file, compressed or not: "A.STEP", "a.stp.gz", "a.stpZ"? What
+    is in "a.zip" it leaves open."""
+    suffix = extension(name)
+    if suffix in _WRAPPERS:
+        return names_model(name[: -len(suffix)] + _WRAPPERS[suffix])
+    return names_model(name)
 
 
 def _unpack_gzip(path: Path, folder: Path, name: str, limit: int) -> tuple[Path, str]:

@@ -62,6 +62,11 @@ def extension(name: str) -> str:
     return f".{last.lower()}" if dot and stem else ""
 
 
+def names_model(name: str) -> bool:
+    """Is the name's extension that of a model?"""
+    return extension(name) in _EXTENSIONS
+
+
 def _is_binary_stl(head: bytes, size: int | None) -> bool:
     """80 bytes of anything, the number of triangles, 50 bytes for each."""
     return size is not None and len(head) >= 84 and size == 84 + 50 * int.from_bytes(head[80:84], "little")
