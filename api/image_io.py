@@ -177,8 +177,8 @@ def _date() -> str:
 
 
 def write_file(path: str, data: bytes | Iterable[bytes]) -> None:
-    """Puts data, or the parts of it, at path: beside it under a temporary name, then renamed, so that nobody ever sees a half of
-    it.
+    """Puts data, or the parts of it, at path: beside it under a temporary name, then renamed, so that nobody
+    ever sees a half of it.
 
     A device or a pipe is written to directly. Raises OutputError; nothing is left behind.
     """

@@ -24,7 +24,17 @@ def entry(row: Row, folder: str) -> dict[str, object]:
         "input": row.path,
         "output": os.path.join(folder, row.target) if there else None,
     }
-    for name in ("status", "exit_code", "reason", "sha256", "size", "mtime_ns", "drawn", "not_drawn", "covered"):
+    for name in (
+        "status",
+        "exit_code",
+        "reason",
+        "sha256",
+        "size",
+        "mtime_ns",
+        "drawn",
+        "not_drawn",
+        "covered",
+    ):
         result[name] = facts[name]
     for name in ("seconds", "peak_memory", "attempt"):
         result[name] = facts[name]

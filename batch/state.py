@@ -1,4 +1,4 @@
-"""What became of every file, in an SQLite file beside the pictures: one row a file, committed when it is known.
+"""What became of every file, in an SQLite file beside the pictures: a row a file, committed when it is known.
 
 The file is open to one process at a time. SQLite's own lock sees to that, which the kernel takes back when
 the process ends, however it ends; and since nobody shares the file, its journal (WAL) needs no shared memory
@@ -117,9 +117,14 @@ class Run:
 
 _COLUMNS = (
     "f.path, f.target, f.status, f.exit_code, f.reason, f.size, f.mtime_ns, f.sha256, coalesce(s.key, ''), "
-    "f.version, f.attempt, f.seconds, f.peak_memory, f.drawn, f.not_drawn, f.covered, coalesce(f.finished, '')"
+    "f.version, f.attempt, f.seconds, f.peak_memory, f.drawn, f.not_drawn, f.covered, "
+    "coalesce(f.finished, '')"
 )
 _FROM = "FROM files f LEFT JOIN settings s ON s.id = f.settings"
+_NAMES = (*Row.__dataclass_fields__, "run")
+_ADOPT = (
+    f"INSERT OR REPLACE INTO files ({', '.join(_NAMES)}) VALUES ({', '.join(f':{name}' for name in _NAMES)})"
+)
 
 
 class State:
@@ -214,7 +219,8 @@ class State:
     def last_run(self) -> Run | None:
         with self._errors():
             found = self._base.execute(
-                "SELECT id, paths, options, started, coalesce(finished, '') FROM runs ORDER BY id DESC LIMIT 1"
+                "SELECT id, paths, options, started, coalesce(finished, '') FROM runs "
+                "ORDER BY id DESC LIMIT 1"
             ).fetchone()
         if found is None:
             return None
@@ -230,7 +236,9 @@ class State:
     def rows(self, run: int) -> Iterator[Row]:
         """Those of a run, by path (bytes), one by one."""
         with self._errors():
-            for found in self._base.execute(f"SELECT {_COLUMNS} {_FROM} WHERE f.run = ? ORDER BY f.path", (run,)):
+            for found in self._base.execute(
+                f"SELECT {_COLUMNS} {_FROM} WHERE f.run = ? ORDER BY f.path", (run,)
+            ):
                 yield _row(found)
 
     def counts(self, run: int) -> dict[tuple[str, int], int]:
@@ -261,36 +269,28 @@ class State:
         mtime_ns: int,
         settings: str,
         attempt: int,
-        version: str = __version__,
-        finished: str = "",
     ) -> None:
-        """What became of a file; on disk when this returns. target: relative. finished: by default now."""
+        """What became of a file; on disk when this returns. target: relative."""
+        words = asdict(outcome) | {"target": target, "size": size, "mtime_ns": mtime_ns, "settings": settings}
+        words |= {"version": __version__, "attempt": attempt, "finished": now()}
+        self.adopt(run, Row(**words))
+
+    def adopt(self, run: int, row: Row) -> None:
+        """Takes over a row as it stands."""
+        values = asdict(row)
+        values["path"], values["target"] = os.fsencode(row.path), os.fsencode(row.target)
+        values["reason"] = _storable(row.reason)
+        values["finished"] = row.finished or None
+        values["run"] = run
         with self._errors():
-            self._base.execute(
-                "INSERT OR REPLACE INTO files (path, target, run, status, exit_code, reason, size, mtime_ns, "
-                "sha256, settings, version, attempt, seconds, peak_memory, drawn, not_drawn, covered, finished) "
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                (
-                    os.fsencode(outcome.path),
-                    os.fsencode(target),
-                    run,
-                    outcome.status,
-                    outcome.exit_code,
-                    _storable(outcome.reason),
-                    size,
-                    mtime_ns,
-                    outcome.sha256,
-                    self._settings_id(settings),
-                    version,
-                    attempt,
-                    outcome.seconds,
-                    outcome.peak_memory,
-                    outcome.drawn,
-                    outcome.not_drawn,
-                    outcome.covered,
-                    finished or now(),
-                ),
-            )
+            values["settings"] = self._settings_id(row.settings) if row.settings else None
+            self._base.execute(_ADOPT, values)
+
+    def describe(self, run: int, paths: Iterable[str], options: dict[str, Any]) -> None:
+        """What a run is of."""
+        words = (json.dumps(list(paths)), json.dumps(options, sort_keys=True), run)
+        with self._errors():
+            self._base.execute("UPDATE runs SET paths = ?, options = ? WHERE id = ?", words)
 
     def touch(self, path: str, size: int, mtime_ns: int) -> None:
         """The bytes of the file are what they were, whatever its date says."""

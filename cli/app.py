@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from . import config
-from .options import Option, options_of
+from .option import Option
+from .options import options_of
 
 _CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -32,25 +33,26 @@ class _Text(click.ParamType):  # type: ignore[type-arg,unused-ignore]  # generic
             raise click.UsageError(f"{self._flag}: {str(error).removeprefix(self._key)}", ctx) from None
 
 
-def _parameter(option: Option) -> click.Option:
+def _parameter(option: Option, command: str) -> click.Option:
     envvar = f"TRIMRAY_{option.name.upper()}" if option.config else None
     common: dict[str, Any] = {"help": option.help, "envvar": envvar, "show_envvar": False}
     flags = [*option.flags, option.name]
     if option.count:
         return click.Option(flags, count=True, **common)
     if option.flag:
-        return click.Option(flags, is_flag=True, default=option.default, **common)
+        return click.Option(flags, is_flag=True, default=option.default_of(command), **common)
     kind: Any = click.Choice(option.choices) if option.choices else _Text(option)
-    default: Any = option.default
+    default: Any = option.default_of(command)
+    shown = default is not None
     if option.multiple:
-        default = [default]
+        default = [default] if shown else []
     return click.Option(
         flags,
         type=kind,
         default=default,
         metavar=option.metavar or None,
         multiple=option.multiple,
-        show_default=option.default is not None,
+        show_default=shown,
         **common,
     )
 
@@ -100,13 +102,15 @@ def app() -> None:
     """Exact pictures of STEP and IGES files, and watertight meshes of them.
 
     Exit codes: 0 complete; 1 done, but something is missing; 2 wrong usage; 3 input unreadable or without
-    faces; 4 output not written; 5 time or memory limit; 70 internal error; 130 interrupted.
+    faces; 4 output not written; 5 time or memory limit; 6 nothing to do; 70 internal error; 130 interrupted.
     """
 
 
-def _command(name: str, run: Callable[..., int], about: str) -> None:
-    parameters: list[click.Parameter] = [click.Argument(["inputs"], nargs=-1, metavar="IN...")]
-    parameters += [_parameter(option) for option in options_of(name)]
+def _command(name: str, run: Callable[..., int], about: str, metavar: str = "IN...") -> None:
+    """metavar: of the inputs; without them only the command itself knows whether that is wrong, where they
+    are optional."""
+    parameters: list[click.Parameter] = [click.Argument(["inputs"], nargs=-1, metavar=metavar)]
+    parameters += [_parameter(option, name) for option in options_of(name)]
 
     def callback(**values: Any) -> int:
         context = click.get_current_context()
@@ -115,7 +119,7 @@ def _command(name: str, run: Callable[..., int], about: str) -> None:
 
             write_stdout(config.show(context, name))
             return 0
-        if not values["inputs"]:
+        if not values["inputs"] and not metavar.startswith("["):
             raise click.UsageError("missing input: give a file, or - for stdin", context)
         return run(**values)
 
@@ -154,6 +158,15 @@ def _bench(**values: Any) -> int:
     return run(**values)
 
 
+def _batch(**values: Any) -> int:
+    from .batch import run
+
+    context = click.get_current_context()
+    sources = {name: context.get_parameter_source(name) for name in values}
+    given = {name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"}
+    return run(given=given, **values)
+
+
 _command(
     "render",
     _render,
@@ -186,6 +199,17 @@ _command(
     _bench,
     "Say what each IN costs to draw: surfaces, triangles, boxes, intersections and frames per second of the "
     "standard and the hybrid tracer.",
+)
+
+
+_command(
+    "batch",
+    _batch,
+    "Draw every model in the files and folders PATH to a picture of its own in DIR, each in isolation, so "
+    "that one that crashes, hangs or wants too much memory costs that one alone. Pictures of unchanged files "
+    "stay.\n\n"
+    "trimray batch merge DIR joins what the shards of a run (--shard) know. A folder named so is ./merge.",
+    "[PATH...]",
 )
 
 

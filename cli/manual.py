@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import sys
 
-from .options import OPTIONS, Option
+from .option import Option
+from .options import OPTIONS
 
 EXIT_CODES = (
     (0, "complete"),
@@ -17,6 +18,7 @@ EXIT_CODES = (
     (3, "input unreadable, or without a face that can be drawn"),
     (4, "output not written"),
     (5, "time or memory limit reached"),
+    (6, "nothing to do: batch found no file"),
     (70, "internal error"),
     (130, "interrupted"),
 )
@@ -29,6 +31,11 @@ _COMMANDS = (
     ("mesh IN... -o OUT", "Write a watertight mesh of IN to OUT, within --deviation of the exact surfaces."),
     ("info IN... [--json]", "Say what is in each IN."),
     ("bench IN... [--json]", "Say what each IN costs to draw, by tracer."),
+    (
+        "batch PATH... -o DIR",
+        "Draw every model in PATH to a picture of its own in DIR, each in isolation; unchanged ones stay.",
+    ),
+    ("batch merge DIR", "Join what the shards of a batch know."),
     ("doctor", "Check that everything trimray needs is there and works."),
     ("completion bash|zsh|fish", "Print a completion script."),
     ("--version", "Print versions."),
@@ -64,6 +71,7 @@ def man_page() -> str:
         "OUT is a PNG, JPEG, WebP, TIFF or EXR file, for mesh an STL, PLY, OBJ, OFF or GLB file, and holds",
         "all IN together; a folder, or a path with {name}, takes each IN by itself;",
         "\\- is stdout, which carries data only.",
+        "PATH is a file, or a folder that is searched for them.",
         ".SH OPTIONS",
     ]
     for option in OPTIONS:
@@ -71,6 +79,10 @@ def man_page() -> str:
         lines.append(f".B {_roff(', '.join(_flags(option)))}")
         choices = f" One of {', '.join(option.choices)}." if option.choices else ""
         default = f" Default: {option.default}." if isinstance(option.default, str) else ""
+        default += "".join(
+            f" Default of {command}: {'off' if value is False else value}."
+            for command, value in option.defaults.items()
+        )
         lines.append(_roff(f"({', '.join(option.commands)}) {option.help}{choices}{default}"))
     lines.append(".SH EXIT STATUS")
     for code, meaning in EXIT_CODES:
@@ -99,9 +111,15 @@ def _flags(option: Option) -> list[str]:
 
 
 def _default(option: Option) -> str:
-    if isinstance(option.default, bool):
-        return "on" if option.default else "off"
-    return "" if option.default is None else f"`{option.default}`"
+    texts = [_default_text(option.default)]
+    texts += [f"{command}: {_default_text(value)}" for command, value in option.defaults.items()]
+    return "; ".join(text for text in texts if text)
+
+
+def _default_text(value: str | bool | None) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return "" if value is None else f"`{value}`"
 
 
 def _roff(text: str) -> str:

@@ -3,36 +3,9 @@ from it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
-
 from . import values
-
-
-@dataclass(frozen=True)
-class Option:
-    """name: key in the configuration file; TRIMRAY_NAME in the environment. parse: the text to the value;
-    raises trimray.UsageError. config: may stand in the configuration file and the environment. defaults: of
-    commands that have one of their own."""
-
-    name: str
-    flags: tuple[str, ...]
-    help: str
-    metavar: str = ""
-    default: str | bool | None = None
-    choices: tuple[str, ...] = ()
-    parse: Callable[[str], Any] | None = None
-    flag: bool = False
-    count: bool = False
-    multiple: bool = False
-    config: bool = True
-    commands: tuple[str, ...] = ("render",)
-    defaults: Mapping[str, str | bool | None] = field(default_factory=dict)
-
-    def default_of(self, command: str) -> str | bool | None:
-        return self.defaults.get(command, self.default)
-
+from .batch_options import BATCH_OPTIONS
+from .option import Option
 
 _ALL = ("render", "turntable", "mesh", "info", "bench", "batch")
 _WRITING = ("render", "turntable", "mesh")
@@ -40,7 +13,7 @@ _VIEWING = (*_WRITING, "bench", "batch")
 _DRAWING = ("render", "turntable")
 _PLAIN = (*_DRAWING, "batch")
 
-OPTIONS: tuple[Option, ...] = (
+_FIRST: tuple[Option, ...] = (
     Option(
         "output",
         ("-o", "--output"),
@@ -308,6 +281,10 @@ OPTIONS: tuple[Option, ...] = (
     Option(
         "json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info", "bench")
     ),
+)
+
+# What all commands have.
+_LAST: tuple[Option, ...] = (
     Option(
         "progress",
         ("--progress",),
@@ -336,9 +313,7 @@ OPTIONS: tuple[Option, ...] = (
     ),
 )
 
-
-# One after the other for the manual: those that batch alone has, before the last ones, which all have.
-OPTIONS = (*OPTIONS[:-4], *BATCH_OPTIONS, *OPTIONS[-4:])
+OPTIONS = (*_FIRST, *BATCH_OPTIONS, *_LAST)
 
 
 def options_of(command: str) -> tuple[Option, ...]:

@@ -84,10 +84,14 @@ def number(text: str, units: dict[str, float], what: str) -> float:
 
 
 def seconds(text: str) -> object:
+    if text.strip().lower() == "none":
+        return None
     return number(text, {"s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}, "a positive time, such as 30 or 2m")
 
 
 def bytes(text: str) -> object:
+    if text.strip().lower() == "none":
+        return None
     powers = {"k": 10, "m": 20, "g": 30}
     units = {letter + tail: float(1 << power) for letter, power in powers.items() for tail in ("", "b", "ib")}
     return int(number(text, units, "a positive size in bytes, such as 500M or 2G"))
@@ -106,6 +110,12 @@ def repeat(text: str) -> object:
 def jobs(text: str) -> object:
     if not text.strip().isdigit():
         raise usage(f"'{text}' is not a number of threads")
+    return int(text)
+
+
+def workers(text: str) -> object:
+    if not (text.strip().isascii() and text.strip().isdigit()):
+        raise usage(f"'{text}' is not a number of processes")
     return int(text)
 
 
