@@ -15,10 +15,10 @@ function make(tag, className, text) {
 }
 
 // A name that is cut in its middle when it is too long, since names of parts differ at their ends.
-function cutName(className, text) {
+function cutName(className, text, width) {
   const element = make("div", className);
-  const tail = Math.min(14, text.length >> 1);
-  element.append(make("span", "start", text.slice(0, text.length - tail)), make("span", "end", text.slice(text.length - tail)));
+  const cut = text.length - Math.min(width < 120 ? 8 : 13, text.length >> 1);
+  element.append(make("span", "start", text.slice(0, cut)), make("span", "end", text.slice(cut)));
   return element;
 }
 
@@ -48,7 +48,7 @@ function faces(entry) {
   return entry.missing ? `${number.format(entry.drawn)} of ${plural(entry.faces, "face")}` : plural(entry.faces, "face");
 }
 
-function tile(entry, eager) {
+function tile(entry, width, eager) {
   const status = data.statuses[entry.status];
   const element = make("div", `tile ${status}`);
   element.title = entry.reason ? `${entry.path}\n${status}: ${entry.reason}` : entry.path;
@@ -57,7 +57,8 @@ function tile(entry, eager) {
   // What is remarkable about it: a failed one has its reason in place of its picture.
   const remark = status === "complete" || status === "failed" || entry.missing ? "" : entry.reason;
   facts.append(remark || [faces(entry), seconds(entry.seconds)].filter(Boolean).join(" · "));
-  element.append(picture(entry, eager), cutName("name", entry.name), cutName("folder", entry.folder), facts);
+  const names = [cutName("name", entry.name, width), cutName("folder", entry.folder, width)];
+  element.append(picture(entry, eager), ...names, facts);
   return element;
 }
 
@@ -147,7 +148,7 @@ class Grid {
     row.style.top = `${index * this.height}px`;
     const start = index * this.columns;
     this.shown.slice(start, start + this.columns).forEach((entry, column) => {
-      const cell = tile(entry, this.printing);
+      const cell = tile(entry, this.tileWidth, this.printing);
       cell.id = `tile-${start + column}`;
       cell.dataset.index = start + column;
       cell.setAttribute("role", "gridcell");
