@@ -1,4 +1,4 @@
-"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|sheet`."""
+"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|batch|sheet`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import trimray
 from tests.bench.hybrid_scenes import SCENES
 
-from . import closed_forms, contact_sheet, hybrid, mesh, opencascade, parity, reference
+from . import batch, closed_forms, contact_sheet, hybrid, mesh, opencascade, parity, reference
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -141,6 +141,10 @@ def run_hybrid(args: argparse.Namespace) -> int:
     return wrong
 
 
+def run_batch(args: argparse.Namespace) -> int:
+    return batch.check(args.rays, args.show, args.folder)
+
+
 def run_sheet(args: argparse.Namespace) -> int:
     out = Path(args.output)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -157,6 +161,7 @@ COMMANDS = {
     "opencascade": (run_opencascade, 40, "against OpenCascade's ray caster"),
     "mesh": (run_mesh, 20000, "closed, manifold and as near as proven, beside BRepMesh"),
     "hybrid": (run_hybrid, 128, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
+    "batch": (run_batch, 500, "hostile files: named, isolated, and the same after kill -9; rays: mutants"),
     "sheet": (run_sheet, 0, "a contact sheet of all models"),
 }
 
@@ -174,6 +179,7 @@ def main() -> int:
         p.add_argument("--time-limit", type=float, default=300.0, help="seconds for BRepMesh's child")
         p.add_argument("--views", type=int, default=26, help="of the hybrid tracer's 26")
         p.add_argument("--output", default="out/sheet.png")
+        p.add_argument("--folder", help="for the files of a batch; by default one that is removed")
     args = parser.parse_args()
     return 1 if COMMANDS[args.command][0](args) else 0
 

@@ -75,7 +75,7 @@ def disturbed(
         "SIGTERM": lambda: os.kill(command.process.pid, signal.SIGTERM),
     }[how]()
     killed = command.wait(60)
-    problems += judge_end(killed, {"SIGINT": 130, "SIGTERM": 143}.get(how, -signal.SIGKILL))
+    problems += judge_end(killed, 130 if how in ("SIGINT", "SIGTERM") else -signal.SIGKILL)
     there = pictures(output)
     problems += [f"half a picture: {path!r}" for path in there if not _is_whole(output, path)]
 
