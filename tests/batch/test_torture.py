@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from .torture import library
-from .torture.judge import Row, judge, judge_end
-from .torture.runs import SIZE, Setup, disturbed, singles, undisturbed
+from .torture.judge import Row, differences, judge, judge_end
+from .torture.runs import SIZE, Setup, disturbed, singles, undisturbed, unplaced
 
 PATIENCE = 300.0
 
@@ -64,4 +64,4 @@ def test_a_run_that_was_ended_goes_on_where_it_was(
 def test_a_second_run_draws_nothing(setup: Setup, rows: dict[bytes, Row]) -> None:
     done = setup.start("whole").wait(PATIENCE)
     assert not judge_end(done)
-    assert setup.rows("whole") == rows
+    assert not differences(unplaced(setup.rows("whole")), unplaced(rows))

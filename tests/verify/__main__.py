@@ -161,7 +161,7 @@ COMMANDS = {
     "opencascade": (run_opencascade, 40, "against OpenCascade's ray caster"),
     "mesh": (run_mesh, 20000, "closed, manifold and as near as proven, beside BRepMesh"),
     "hybrid": (run_hybrid, 128, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
-    "batch": (run_batch, 500, "hostile files: named, isolated, and the same after kill -9; rays: mutants"),
+    "batch": (run_batch, 400, "hostile files: named, isolated, and the same after kill -9; rays: mutants"),
     "sheet": (run_sheet, 0, "a contact sheet of all models"),
 }
 

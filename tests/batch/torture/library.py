@@ -34,7 +34,7 @@ def build(root: Path, *, mutants: int, seed: int = 1, small: bool = False) -> li
     entries = [*_good(root, sources), *_cut(root, sources, 6 if small else len(sources))]
     entries += _mutants(root, sources, mutants, words)
     entries += _from_recipes(root, by_name, "crash", crashers.CRASHES[: 4 if small else None])
-    entries += _from_recipes(root, by_name, "hang", crashers.HANGS[: 1 if small else None])
+    entries += _from_recipes(root, by_name, "hang", crashers.HANGS[: 1 if small else None : 3])
     for name, data in junk.not_models().items():
         entries.append(write(root, _entry(f"junk/{name}", "junk", "bad"), data))
     entries += [] if small else _hungry(root, sphere)
