@@ -7,6 +7,7 @@ import os
 import queue
 import stat
 import threading
+import time
 from collections.abc import Iterator, Sequence
 
 _CHUNK = 1 << 20
@@ -49,11 +50,13 @@ class Hashing:
                 return
             self._results.put((k, sha256_of(self._paths[k], self._stop)))
 
-    def ready(self) -> Iterator[tuple[int, str]]:
-        """What is known by now and was not told before; never waits."""
-        while True:
+    def ready(self, seconds: float = 0.0) -> Iterator[tuple[int, str]]:
+        """What was not told yet of what is known now, or after so many seconds at most."""
+        until = time.monotonic() + seconds
+        while self._left:
             try:
-                result = self._results.get_nowait()
+                left = until - time.monotonic()
+                result = self._results.get(timeout=left) if left > 0 else self._results.get_nowait()
             except queue.Empty:
                 return
             self._left -= 1

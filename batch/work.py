@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable
 from contextlib import closing
 from dataclasses import replace
 
@@ -19,6 +19,8 @@ from .run import Draw, Listener, Summary, exit_code
 from .state import Row, State
 
 _HASH_THREADS = 4
+# Most changes are found in this time, before the pool has to be waited for.
+_HEAD_START_SECONDS = 0.5
 
 
 class Work:
@@ -83,21 +85,22 @@ class Work:
         """First what must be drawn for sure, while threads look which other files changed; then these."""
         hashing = Hashing([file.path for file, _, _ in self._doubtful], _HASH_THREADS)
         with closing(hashing):
+            changed = self._changed(hashing.ready(_HEAD_START_SECONDS))
             if self._fresh:
-                self._draw(draw, self._fresh, hashing.ready)
-            changed = [path for k, sha256 in hashing.rest() if (path := self._judge(k, sha256))]
-        self._fresh = []
-        if changed:
-            changed.sort(key=lambda path: (-self._aims[path][0].size, path))
-            self._draw(draw, changed, lambda: iter(()))
+                changed += self._draw(draw, self._fresh, hashing)
+            changed += self._changed(hashing.rest())
+            if changed:
+                changed.sort(key=lambda path: (-self._aims[path][0].size, path))
+                self._draw(draw, changed, hashing)
 
-    def _draw(self, draw: Draw, paths: list[str], hashed: Callable[[], Iterator[tuple[int, str]]]) -> None:
+    def _draw(self, draw: Draw, paths: list[str], hashing: Hashing) -> list[str]:
+        """Returns what was found to have changed meanwhile."""
+        changed: list[str] = []
         outcomes = draw((self._item(path) for path in paths), self._settings)
-        late: list[str] = []
         try:
             for outcome in outcomes:
                 self._finish(outcome)
-                late += [path for k, sha256 in hashed() if (path := self._judge(k, sha256))]
+                changed += self._changed(hashing.ready())
         finally:
             close = getattr(outcomes, "close", None)
             if close is not None:
@@ -105,9 +108,10 @@ class Work:
         for path in paths:
             if path in self._aims:
                 self._finish(self._lost(path))
-        if late:
-            late.sort(key=lambda path: (-self._aims[path][0].size, path))
-            self._draw(draw, late, hashed)
+        return changed
+
+    def _changed(self, hashed: Iterable[tuple[int, str]]) -> list[str]:
+        return [path for k, sha256 in hashed if (path := self._judge(k, sha256))]
 
     def _item(self, path: str) -> Item:
         file, target = self._aims[path]

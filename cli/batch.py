@@ -72,7 +72,8 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
             )
         except KeyboardInterrupt:
             progress.close()
-            say(f"interrupted: {progress.done} of {progress.total} files are done; go on with --resume")
+            done = f": {progress.done} of {progress.total} files are done; go on with --resume"
+            say(f"interrupted{done if progress.total else ''}", error=True)
             return 130
     tell_summary(summary, options["quiet"])
     write_results(summary, folder, options)
@@ -126,7 +127,10 @@ def _shard(text: str | None) -> Shard:
 def _remembered(folder: str, shard: Shard) -> Run | None:
     from trimray.batch.state import State
 
-    with State(os.path.join(folder, shard.state_name), create=False) as state:
+    place = os.path.join(folder, shard.state_name)
+    if not os.path.exists(place):
+        raise UsageError(f"--resume: there is no run to go on with, no {place}")
+    with State(place, create=False) as state:
         return state.last_run()
 
 
