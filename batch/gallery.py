@@ -10,12 +10,17 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from importlib import resources
+from typing import TYPE_CHECKING
 from urllib.parse import quote_from_bytes
 
 from trimray import OutputError, __version__
 from trimray.image_io import write_file
 
 from .record import STATUSES, Outcome, Settings
+from .run import settings_of
+
+if TYPE_CHECKING:
+    from .state import Row, State
 
 NAME = "index.html"
 
@@ -88,6 +93,27 @@ def write_gallery(
     path = os.path.join(folder, NAME)
     write_file(path, page)
     return path
+
+
+def write_gallery_of_state(folder: str, state: State) -> str:
+    """The same, of all files that the state in folder knows, of whichever run.
+
+    Files that are not done are left out, and where two files have had one picture, the one that has lost it.
+    """
+    rows: dict[tuple[bool, str], Row] = {}
+    for row in state.rows():
+        if row.status == "pending":
+            continue
+        failed = row.status == "failed"
+        picture = (failed, row.path if failed else row.target)
+        if picture not in rows or rows[picture].finished < row.finished:
+            rows[picture] = row
+    outcomes = [outcome for row in rows.values() if (outcome := row.outcome(folder))]
+    keys = {row.settings for row in rows.values()}
+    settings = settings_of(json.loads(keys.pop())) if len(keys) == 1 and "" not in keys else None
+    return write_gallery(
+        folder, outcomes, settings=settings, sizes={row.path: row.size for row in rows.values()}
+    )
 
 
 def _root(outcomes: list[Outcome]) -> str:

@@ -105,6 +105,7 @@ class Grid {
     this.height = Math.round(plate + CAPTION * rem + GAP);
     this.count = Math.ceil(this.shown.length / this.columns);
     this.element.style.setProperty("--columns", this.columns);
+    this.element.style.setProperty("--aspect", 1 / aspect);
     this.element.style.setProperty("--plate", `${plate}px`);
     this.element.style.setProperty("--row", `${this.height - GAP}px`);
     this.element.style.height = `${this.count * this.height}px`;

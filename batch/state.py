@@ -233,12 +233,11 @@ class State:
             ).fetchone()
         return None if found is None else _row(found)
 
-    def rows(self, run: int) -> Iterator[Row]:
-        """Those of a run, by path (bytes), one by one."""
+    def rows(self, run: int | None = None) -> Iterator[Row]:
+        """Those of a run, or all, by path (bytes), one by one."""
+        which, words = ("", ()) if run is None else ("WHERE f.run = ?", (run,))
         with self._errors():
-            for found in self._base.execute(
-                f"SELECT {_COLUMNS} {_FROM} WHERE f.run = ? ORDER BY f.path", (run,)
-            ):
+            for found in self._base.execute(f"SELECT {_COLUMNS} {_FROM} {which} ORDER BY f.path", words):
                 yield _row(found)
 
     def counts(self, run: int) -> dict[tuple[str, int], int]:

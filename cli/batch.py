@@ -25,7 +25,7 @@ _SETTINGS = (
     *("size", "view", "projection", "up", "samples", "background"),
     *("heal", "precision", "time_limit", "memory_limit", "cache"),
 )
-_OF_MERGE = ("inputs", "lines", "progress", "quiet", "verbose")
+_OF_MERGE = ("inputs", "lines", "gallery", "progress", "quiet", "verbose")
 
 
 def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
@@ -43,6 +43,8 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
     if "-" in inputs:
         raise UsageError("a batch reads files and folders, not stdin; a file of that name is ./-")
     shard = _shard(options["shard"])
+    if options["gallery"]:
+        check_gallery(folder, shard)
     last = _remembered(folder, shard) if options["resume"] and not inputs else None
     if not inputs and last is None:
         raise UsageError("missing input: give files or folders, or --resume")
@@ -82,18 +84,40 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
 
 def write_results(summary: Summary, folder: str, options: dict[str, Any]) -> None:
     """What is made of the state once a run, or the joining of several, is over."""
-    if options["lines"]:
-        from trimray.batch.find import absolute
-        from trimray.batch.report import lines, write_report
-        from trimray.batch.state import State
+    if not (options["lines"] or options["gallery"]):
+        return
+    from trimray.batch.find import absolute
+    from trimray.batch.state import State
 
-        with State(summary.state, create=False) as state:
+    folder = absolute(folder)
+    with State(summary.state, create=False) as state:
+        if options["lines"]:
+            from trimray.batch.report import lines, write_report
+
             rows = state.rows(summary.run)
             if options["lines"] == "-":
-                for line in lines(rows, absolute(folder)):
+                for line in lines(rows, folder):
                     write_stdout(line)
             else:
-                write_report(options["lines"], rows, absolute(folder))
+                write_report(options["lines"], rows, folder)
+        if options["gallery"]:
+            from trimray.batch.gallery import write_gallery_of_state
+
+            path = write_gallery_of_state(folder, state)
+            if not options["quiet"]:
+                say(f"gallery: {shown_path(path)}")
+
+
+def check_gallery(folder: str, shard: Shard) -> None:
+    """Raises before any work is done. shard: one that would show itself alone, and over the others, has no
+    gallery."""
+    from trimray.batch.gallery import check_gallery
+
+    if shard.n > 1:
+        raise UsageError(
+            f"a gallery of shard {shard} alone: give --gallery to batch merge, after the last one"
+        )
+    check_gallery(folder)
 
 
 def tell_summary(summary: Summary, quiet: bool) -> None:

@@ -81,4 +81,13 @@ BATCH_OPTIONS: tuple[Option, ...] = (
         config=False,
         commands=_BATCH,
     ),
+    Option(
+        "gallery",
+        ("--gallery",),
+        "Write DIR/index.html, a page that shows all pictures in DIR; of shards, it is for batch merge.",
+        default=False,
+        flag=True,
+        config=False,
+        commands=_BATCH,
+    ),
 )
