@@ -71,6 +71,12 @@ def draw_on_cluster(
             batch.stop()
 
 
+def check(scheduler: str, connect_timeout: float = 10.0) -> None:
+    """Raises UsageError where ``draw_on_cluster`` could not begin."""
+    with _connected(scheduler, connect_timeout) as client:
+        _Batch(client, scheduler, Stock([], 1, 1), {}, lambda line: None).check_versions()
+
+
 class _Batch:
     def __init__(self, client: Any, scheduler: str, stock: Stock, words: dict[str, Any], tell: Tell) -> None:
         self._client, self._scheduler, self._tell = client, scheduler, tell
@@ -85,7 +91,7 @@ class _Batch:
         self._lonely_since: float | None = time.monotonic()
 
     def run(self) -> Iterator[Outcome]:
-        self._check_versions()
+        self.check_versions()
         self._client.subscribe_topic(_TOPIC, self._event)
         while True:
             self._look()
@@ -108,11 +114,13 @@ class _Batch:
                 self._client.cancel([chunk.future for chunk in self._running.values()], force=True)
                 self._client.run(_task_of("stop_batch"), self._name, on_error="ignore")
 
+        if self._client.status != "running":
+            return
         thread = threading.Thread(target=stop, daemon=True)
         thread.start()
         thread.join(timeout=5.0)
 
-    def _check_versions(self) -> None:
+    def check_versions(self) -> None:
         """Of what client and workers must share. That of trimray is seen by each task."""
         versions = self._ask(lambda: self._client.get_versions(check=False))
         here = versions["client"]["packages"]

@@ -7,6 +7,7 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from .output import say, write_stdout
 
 if TYPE_CHECKING:
     from trimray.batch import Settings, Summary
+    from trimray.batch.run import Draw
     from trimray.batch.shard import Shard
     from trimray.batch.state import Run
 
@@ -60,6 +62,7 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
     progress = BatchProgress(options["progress"], options["quiet"], options["verbose"])
     with _one_interruption(), progress:
         try:
+            draw = _drawing_on(options) if options["scheduler"] else None
             summary = run_batch(
                 paths,
                 folder,
@@ -71,6 +74,7 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
                 resume=options["resume"],
                 retry_failed=options["retry_failed"],
                 listener=progress,
+                draw=draw,
             )
         except KeyboardInterrupt:
             progress.close()
@@ -156,6 +160,16 @@ def _remembered(folder: str, shard: Shard) -> Run | None:
         raise UsageError(f"--resume: there is no run to go on with, no {place}")
     with State(place, create=False) as state:
         return state.last_run()
+
+
+def _drawing_on(options: dict[str, Any]) -> Draw:
+    """On a cluster, which is there. Raises UsageError."""
+    from trimray.batch.cluster import check, draw_on_cluster
+
+    scheduler = options["scheduler"]
+    check(scheduler)
+    tell = None if options["quiet"] else say
+    return partial(draw_on_cluster, scheduler=scheduler, workers_per_task=options["workers"] or 1, tell=tell)
 
 
 def _settings(options: dict[str, Any], given: set[str], last: Run | None, template: str | None) -> Settings:

@@ -39,7 +39,7 @@ BATCH_OPTIONS: tuple[Option, ...] = (
     Option(
         "workers",
         ("-j", "--jobs"),
-        "Processes that draw; 0 for one a core.",
+        "Processes that draw; 0 for one a core. With --scheduler: for each thread of a worker; 0 for one.",
         "N",
         "0",
         parse=values.workers,
@@ -71,6 +71,14 @@ BATCH_OPTIONS: tuple[Option, ...] = (
         "variable says.",
         "K/N",
         config=False,
+        commands=_BATCH,
+    ),
+    Option(
+        "scheduler",
+        ("--scheduler",),
+        "Draw on the Dask cluster of this scheduler, such as tcp://host:8786; its workers must find PATH and "
+        "DIR under the same names. Needs trimray[dask].",
+        "ADDRESS",
         commands=_BATCH,
     ),
     Option(

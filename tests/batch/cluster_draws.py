@@ -21,7 +21,7 @@ def draw(item: Item, settings: Settings) -> Outcome:
     if "hang" in target.name:
         time.sleep(3600)
     if "slow" in target.name:
-        time.sleep(0.5)
+        time.sleep(0.3)
     if "murder" in target.name:
         os.kill(_ancestor(3), signal.SIGKILL)  # server of workers, node, Dask's worker
         time.sleep(3600)

@@ -144,15 +144,15 @@ def test_killed_workers_cost_nothing_but_time(
     until(lambda: len(dask.worker_pids()) == 3)
     nannied = next(pid for pid in dask.worker_pids() if pid != alone)
     names = ["hang.step", "crash.step", "missing.step", "two\nlines.step", os.fsdecode(b"\xff.step")]
-    items = library(*names, *(f"slow {i}.step" for i in range(24)))
+    items = library(*names, *(f"slow {i}.step" for i in range(16)))
     monkeypatch.chdir(tmp_path)  # relative paths are those of this process
     relative = [replace(i, path=os.path.relpath(i.path), target=os.path.relpath(i.target)) for i in items]
     outcomes = []
     for outcome in draw(relative, dask, chunk=8):
         outcomes.append(outcome)
-        if len(outcomes) == 6:
+        if len(outcomes) == 4:
             os.kill(alone, signal.SIGKILL)
-        if len(outcomes) == 12:
+        if len(outcomes) == 8:
             os.kill(nannied, signal.SIGKILL)
     assert capfd.readouterr() == ("", "")
     assert begun(items) <= len(items) + 2
@@ -173,6 +173,42 @@ def test_a_file_that_kills_workers_is_failed(dask: Cluster, library: Callable[..
     assert murder.reason == f"the worker died, {DEATHS} times while drawing it"
     assert {o.status for o in outcomes.values()} == {"complete"}
     assert len(outcomes) == 4
+
+
+def test_the_command_does_on_a_cluster_what_it_does_here(
+    dask: Cluster, library: Callable[..., list[Item]], tmp_path: Path
+) -> None:
+    library("a.step", "b.step", "c.step")
+    (tmp_path / "in" / "empty.step").touch()
+    results = []
+    for where in ([], ["--scheduler", dask.address]):
+        command = [
+            "-m",
+            "trimray.cli",
+            "batch",
+            "in",
+            "-o",
+            "out",
+            "--size",
+            "64",
+            "-j",
+            "1",
+            "--report",
+            "-",
+        ]
+        done = subprocess.run(
+            [sys.executable, *command, *where], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        rows = [json.loads(line) for line in done.stdout.splitlines()]
+        same = [
+            {k: v for k, v in row.items() if k not in ("seconds", "peak_memory", "finished")} for row in rows
+        ]
+        pictures = {path.name: path.read_bytes() for path in (tmp_path / "out").glob("*.png")}
+        results.append((done.returncode, done.stderr.partition(";")[0], same, pictures))
+        shutil.rmtree(tmp_path / "out")
+    assert results[0] == results[1]
+    assert results[1][0] == 1
+    assert len(results[1][3]) == 3
 
 
 def test_closing_ends_everything_on_the_workers(dask: Cluster, library: Callable[..., list[Item]]) -> None:
@@ -217,9 +253,13 @@ def test_another_version_on_the_workers_is_one_line(
 
 
 def test_a_lost_scheduler_is_one_line(
-    tmp_path: Path, library: Callable[..., list[Item]], capfd: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    library: Callable[..., list[Item]],
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It has no worker, which is told, and is then killed."""
+    monkeypatch.setattr(cluster, "_LONELY", 0.5)
     lonely = Cluster(tmp_path)
     told: list[str] = []
 
@@ -267,7 +307,7 @@ class _Versions:
 
 def _checked(client: _Versions) -> list[str]:
     told: list[str] = []
-    cluster._Batch(client, "tcp://s:1", cluster.Stock([], 1, 1), {}, told.append)._check_versions()
+    cluster._Batch(client, "tcp://s:1", cluster.Stock([], 1, 1), {}, told.append).check_versions()
     return told
 
 
