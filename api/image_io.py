@@ -7,7 +7,7 @@ import errno
 import os
 import stat
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import IO, TYPE_CHECKING, Any
@@ -67,14 +67,20 @@ def import_library() -> None:
         import OpenImageIO  # noqa: F401
 
 
-def encode(frame: Frame, format: str) -> bytes:
+def encode(frame: Frame, format: str, *, text: Mapping[str, str] | None = None) -> bytes:
     """The bytes of the image file: exr holds every plane, the other formats the colour, or the one plane that
-    there is in false colours. Equal frames give equal bytes. Raises UsageError, OutputError."""
+    there is in false colours. Equal frames give equal bytes.
+
+    text: keys and values in ASCII to store in a PNG, such as those of the freedesktop thumbnail cache.
+    Raises UsageError, OutputError.
+    """
+    if text and format != "png":
+        raise UsageError(f"{format}: text keys are written into PNG alone")
     if format == "exr":
         return _encode(format, *_exr_pixels(frame))
     names, pixels = byte_pixels(frame)
     check_fit(format, ("color",) if "color" in frame else frame.aovs, len(names) == 3)
-    return _encode(format, names, pixels)
+    return _encode(format, names, pixels, text)
 
 
 def byte_pixels(frame: Frame) -> tuple[tuple[str, ...], npt.NDArray[np.uint8]]:
@@ -108,7 +114,9 @@ def _linear(encoded: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
-def _encode(format: str, names: tuple[str, ...], pixels: npt.NDArray[Any]) -> bytes:
+def _encode(
+    format: str, names: tuple[str, ...], pixels: npt.NDArray[Any], text: Mapping[str, str] | None = None
+) -> bytes:
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
@@ -120,6 +128,8 @@ def _encode(format: str, names: tuple[str, ...], pixels: npt.NDArray[Any]) -> by
     # An empty date keeps OpenImageIO from writing the present one.
     spec.attribute("DateTime", _date())
     spec.attribute("oiio:UnassociatedAlpha", 1 if format != "exr" else 0)
+    for key, value in (text or {}).items():
+        spec.attribute(key, value)
     if format == "png":
         spec.attribute("png:filter", 16)  # "sub": half the time of libpng's choice, and smaller CAD pictures
     elif format == "webp":
