@@ -186,11 +186,12 @@ def _date() -> str:
         return ""
 
 
-def write_file(path: str, data: bytes | Iterable[bytes]) -> None:
+def write_file(path: str, data: bytes | Iterable[bytes], *, mode: int = 0o666) -> None:
     """Puts data, or the parts of it, at path: beside it under a temporary name, then renamed, so that nobody
     ever sees a half of it.
 
-    A device or a pipe is written to directly. Raises OutputError; nothing is left behind.
+    mode: permissions of the file, less the process's umask. A device or a pipe is written to directly. Raises
+    OutputError; nothing is left behind.
     """
     try:
         target = os.path.realpath(path)
@@ -202,7 +203,7 @@ def write_file(path: str, data: bytes | Iterable[bytes]) -> None:
             return
         if os.path.exists(target) and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        _replace(target, data)
+        _replace(target, data, mode)
     except (OSError, ValueError) as error:
         raise OutputError(f"{path}: not written: {getattr(error, 'strerror', None) or error}") from None
 
@@ -226,11 +227,11 @@ def _parts(data: bytes | Iterable[bytes]) -> Iterable[bytes]:
     return [data] if isinstance(data, bytes) else data
 
 
-def _replace(target: str, data: bytes | Iterable[bytes]) -> None:
+def _replace(target: str, data: bytes | Iterable[bytes], mode: int) -> None:
     folder, name = os.path.split(target)
     temporary = os.path.join(folder, f".{temporary_stem(name)}.{os.urandom(6).hex()}.part")
     try:
-        descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
         with open(descriptor, "wb") as file:
             file.writelines(_parts(data))
         os.replace(temporary, target)

@@ -8,7 +8,7 @@ import os
 import resource
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,10 +47,22 @@ class Picture:
     peak_memory: int
 
 
-def draw_file(item: Item, settings: Settings, *, threads: int = 1) -> Outcome:
+def write_picture(item: Item, picture: Picture, settings: Settings) -> None:
+    """Raises OutputError."""
+    _write(item.target, encode(picture.frame, format_of("", settings.format)))
+
+
+def draw_file(
+    item: Item,
+    settings: Settings,
+    *,
+    threads: int = 1,
+    write: Callable[[Item, Picture, Settings], None] = write_picture,
+) -> Outcome:
     """Draws one file and writes its picture. Never raises for the file's sake.
 
-    threads: of the tracer; one, since workers are processes. The picture is the same for any number.
+    threads: of the tracer; one, since workers are processes. The picture is the same for any number. write:
+    puts the picture where it belongs; an Error that it raises is the outcome.
     """
     start = time.monotonic()
     facts: dict[str, Any] = {}
@@ -64,7 +76,7 @@ def draw_file(item: Item, settings: Settings, *, threads: int = 1) -> Outcome:
             "covered": picture.visible.covered,
         }
         status, reason = _judge(picture)
-        _write(item.target, encode(picture.frame, format_of("", settings.format)))
+        write(item, picture, settings)
         facts |= {"status": status, "reason": reason, "exit_code": 0 if status == "complete" else 1}
     except Error as error:
         facts |= {"status": "failed", "exit_code": error.exit_code, "reason": _without_name(item.path, error)}
