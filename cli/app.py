@@ -161,10 +161,20 @@ def _bench(**values: Any) -> int:
 def _batch(**values: Any) -> int:
     from .batch import run
 
+    return run(given=_given(values), **values)
+
+
+def _thumbnailer(**values: Any) -> int:
+    from .thumbnailer import run
+
+    return run(given=_given(values), **values)
+
+
+def _given(values: dict[str, Any]) -> set[str]:
+    """Names of those that stand on the command line."""
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in values}
-    given = {name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"}
-    return run(given=given, **values)
+    return {name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"}
 
 
 _command(
@@ -210,6 +220,17 @@ _command(
     "stay.\n\n"
     "trimray batch merge DIR joins what the shards of a run (--shard) know. A folder named so is ./merge.",
     "[PATH...]",
+)
+
+
+_command(
+    "thumbnailer",
+    _thumbnailer,
+    "install and uninstall register trimray-thumbnailer and the types of models with file managers, or take "
+    "that back (--user, --system, --dry-run).\n\n"
+    "cache DIR... makes the thumbnails of all models in folders ahead (--size, -j, --time-limit, "
+    "--memory-limit), in the cache that file managers share.",
+    "install|uninstall|cache DIR...",
 )
 
 

@@ -60,7 +60,7 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
     from trimray.batch import run as run_batch
 
     progress = BatchProgress(options["progress"], options["quiet"], options["verbose"])
-    with _one_interruption(), progress:
+    with one_interruption(), progress:
         try:
             draw = _drawing_on(options) if options["scheduler"] else None
             summary = run_batch(
@@ -207,7 +207,7 @@ def _show_plan(
 
 
 @contextmanager
-def _one_interruption() -> Iterator[None]:
+def one_interruption() -> Iterator[None]:
     """SIGTERM, which Slurm sends before the end, is as Ctrl-C; a second one disturbs nothing."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:

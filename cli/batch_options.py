@@ -43,7 +43,7 @@ BATCH_OPTIONS: tuple[Option, ...] = (
         "N",
         "0",
         parse=values.workers,
-        commands=_BATCH,
+        commands=(*_BATCH, "thumbnailer"),
     ),
     Option(
         "resume",

@@ -36,6 +36,11 @@ _COMMANDS = (
         "Draw every model in PATH to a picture of its own in DIR, each in isolation; unchanged ones stay.",
     ),
     ("batch merge DIR", "Join what the shards of a batch know."),
+    (
+        "thumbnailer install|uninstall [--user|--system]",
+        "Register trimray-thumbnailer and the types of models with file managers, or take that back.",
+    ),
+    ("thumbnailer cache DIR...", "Make the thumbnails of all models in folders ahead."),
     ("doctor", "Check that everything trimray needs is there and works."),
     ("completion bash|zsh|fish", "Print a completion script."),
     ("--version", "Print versions."),

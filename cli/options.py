@@ -6,8 +6,10 @@ from __future__ import annotations
 from . import values
 from .batch_options import BATCH_OPTIONS
 from .option import Option
+from .thumbnailer_options import THUMBNAILER_OPTIONS
 
 _ALL = ("render", "turntable", "mesh", "info", "bench", "batch")
+_ANY = (*_ALL, "thumbnailer")
 _WRITING = ("render", "turntable", "mesh")
 _VIEWING = (*_WRITING, "bench", "batch")
 _DRAWING = ("render", "turntable")
@@ -231,17 +233,17 @@ _FIRST: tuple[Option, ...] = (
         "Longest time for one input, or none.",
         "SECONDS",
         parse=values.seconds,
-        commands=_ALL,
-        defaults={"batch": "30"},
+        commands=_ANY,
+        defaults={"batch": "30", "thumbnailer": "30"},
     ),
     Option(
         "memory_limit",
         ("--memory-limit",),
-        "Most memory for reading one input, or none; of a batch, for drawing it too.",
+        "Most memory for reading one input, or none; of batch and thumbnailer, for drawing it too.",
         "BYTES",
         parse=values.bytes,
-        commands=_ALL,
-        defaults={"batch": "2G"},
+        commands=_ANY,
+        defaults={"batch": "2G", "thumbnailer": "2G"},
     ),
     Option(
         "jobs",
@@ -276,7 +278,7 @@ _FIRST: tuple[Option, ...] = (
         default=False,
         flag=True,
         config=False,
-        commands=(*_WRITING, "batch"),
+        commands=(*_WRITING, "batch", "thumbnailer"),
     ),
     Option(
         "json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info", "bench")
@@ -291,16 +293,16 @@ _LAST: tuple[Option, ...] = (
         "auto is a bar on a terminal, otherwise none.",
         default="auto",
         choices=("auto", "none", "plain", "json"),
-        commands=_ALL,
+        commands=_ANY,
     ),
-    Option("quiet", ("-q", "--quiet"), "Errors only.", default=False, flag=True, commands=_ALL),
+    Option("quiet", ("-q", "--quiet"), "Errors only.", default=False, flag=True, commands=_ANY),
     Option(
         "verbose",
         ("-v", "--verbose"),
         "Say more: times, warnings; twice: notes, tracebacks of internal errors.",
         count=True,
         config=False,
-        commands=_ALL,
+        commands=_ANY,
     ),
     Option(
         "print_config",
@@ -309,11 +311,11 @@ _LAST: tuple[Option, ...] = (
         default=False,
         flag=True,
         config=False,
-        commands=_ALL,
+        commands=_ANY,
     ),
 )
 
-OPTIONS = (*_FIRST, *BATCH_OPTIONS, *_LAST)
+OPTIONS = (*_FIRST, *BATCH_OPTIONS, *THUMBNAILER_OPTIONS, *_LAST)
 
 
 def options_of(command: str) -> tuple[Option, ...]:
