@@ -21,6 +21,7 @@ from trimray import OutputError, __version__
 from .record import STATUSES, Outcome
 
 SCHEMA = 1
+_MAGIC = b"SQLite format 3\0"
 _APPLICATION = 0x74726179  # "tray", in the header of the file
 
 _TABLES = """
@@ -136,6 +137,8 @@ class State:
         self._path = path
         if not create and not os.path.exists(path):
             raise OutputError(f"{path}: there is no such state of a batch")
+        if not _may_be_state(path):
+            raise OutputError(f"{path}: the state of the batch is damaged; move it away to begin anew")
         with self._errors():
             self._base = sqlite3.connect(path, timeout=0.0, isolation_level=None)
         try:
@@ -311,6 +314,16 @@ class State:
         if found is None:
             found = [self._base.execute("INSERT INTO settings (key) VALUES (?)", (key,)).lastrowid]
         return int(found[0])
+
+
+def _may_be_state(path: str) -> bool:
+    """SQLite takes what is too short for a database as an empty one, and would overwrite it."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(len(_MAGIC))
+    except OSError:
+        return True  # SQLite says why
+    return head in (b"", _MAGIC)
 
 
 def now() -> str:
