@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import stat
 import threading
 from collections.abc import Iterable, Iterator, Mapping
@@ -211,9 +212,12 @@ def write_file(path: str, data: bytes | Iterable[bytes], *, mode: int = 0o666) -
 def remove_leftovers(path: str) -> None:
     """Removes what a process left beside path that was killed while it wrote there. No other may be at it."""
     folder, name = os.path.split(os.path.realpath(path))
+    if temporary_stem(name) != name:  # shared with other names
+        return
+    ours = re.compile(rf"\.{re.escape(name)}\.[0-9a-f]{{12}}\.part")
     with contextlib.suppress(OSError, ValueError):
         for entry in os.listdir(folder):
-            if entry.startswith(f".{temporary_stem(name)}.") and entry.endswith(".part"):
+            if ours.fullmatch(entry):
                 os.unlink(os.path.join(folder, entry))
 
 

@@ -13,7 +13,7 @@ import socket
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -21,7 +21,7 @@ from trimray import Error
 from trimray.image_io import remove_leftovers
 
 from . import fork_server
-from .draw import draw_file
+from .draw import draw_file, hash_file
 from .record import STATUSES, Item, Outcome, Settings
 from .worker import BROKEN, Draw, Job
 
@@ -67,11 +67,13 @@ class _Worker:
     pid: int = 0  # not told yet
     item: Item | None = None
     tries: int = 0  # of the item
+    start: float = 0.0  # on the clock of time.monotonic
     deadline: float | None = None
     verdict: tuple[int, str] | None = None  # exit code and reason, where it is being killed
     ended: bool = False  # it has closed its end
+    ready: bool = False
     answers: int = 0
-    inbox: bytearray = field(default_factory=bytearray)
+    inbox: bytes = b""
 
 
 class _Pool:
@@ -129,9 +131,10 @@ class _Pool:
     def _give(self, worker: _Worker, following: tuple[Item, int]) -> None:
         item, tries = following
         worker.item, worker.tries = item, tries + 1
+        worker.start = time.monotonic()
         limit = self.job.settings.time_limit
         if limit is not None:
-            worker.deadline = time.monotonic() + GRACE_SHARE * limit + GRACE_SECONDS
+            worker.deadline = worker.start + GRACE_SHARE * limit + GRACE_SECONDS
         with contextlib.suppress(OSError):  # it is dead, as the server will tell
             worker.connection.sendall(json.dumps([item.path, item.target, item.size]).encode() + b"\n")
 
@@ -166,15 +169,20 @@ class _Pool:
         except OSError:
             data = b""
         worker.ended = not data
-        worker.inbox += data
-        line, end, rest = worker.inbox.partition(b"\n")
-        if not end and len(line) < _MAX_LINE:
+        *lines, worker.inbox = (worker.inbox + data).split(b"\n")
+        if len(worker.inbox) > _MAX_LINE:
+            lines, worker.inbox = [*lines, worker.inbox], b""
+        for line in lines:
+            if worker.ready:
+                self._take(worker, line)
+            worker.ready = True
+
+    def _take(self, worker: _Worker, line: bytes) -> None:
+        """A worker's answer."""
+        item, worker.item = worker.item, None
+        if item is None:  # it has been answered: what comes now is noise, and its end is near
             return
-        worker.inbox = rest
-        item, worker.item, worker.deadline = worker.item, None, None
-        if item is None:
-            return
-        outcome, retire = _outcome(item, bytes(line))
+        outcome, retire = _outcome(item, line)
         self.outcomes.append(outcome)
         worker.answers += 1
         self.stillborn = 0
@@ -213,10 +221,10 @@ class _Pool:
             return
         remove_leftovers(item.target)
         if worker.verdict is not None:
-            self._fail(item, *worker.verdict)
-        elif code == BROKEN and not worker.answers:
+            self._fail(worker, *worker.verdict)
+        elif not worker.ready and code == BROKEN:
             self.again.append((item, worker.tries - 1))
-            self._stillborn("workers end before they have drawn anything")
+            self._stillborn("workers do not start")
         elif worker.answers and worker.tries < _MAX_TRIES:
             # An earlier file may be to blame: this one is tried again by itself.
             self.again.append((item, worker.tries))
@@ -224,14 +232,24 @@ class _Pool:
             if worker.tries < _MAX_TRIES:
                 self.again.append((item, worker.tries))
             else:
-                self._fail(item, 5, "its process was killed, as the system does where memory runs out")
+                self._fail(worker, 5, "its process was killed, as the system does where memory runs out")
         elif code < 0:
-            self._fail(item, Error.exit_code, f"drawing it crashed ({signal.Signals(-code).name})")
+            self._fail(worker, Error.exit_code, f"drawing it crashed ({signal.Signals(-code).name})")
         else:
-            self._fail(item, Error.exit_code, f"its process ended early (exit {code})")
+            self._fail(worker, Error.exit_code, f"its process ended early (exit {code})")
 
-    def _fail(self, item: Item, exit_code: int, reason: str) -> None:
-        self.outcomes.append(Outcome(item.path, item.target, "failed", exit_code, reason))
+    def _fail(self, worker: _Worker, exit_code: int, reason: str) -> None:
+        """Ends its item. The hash, which died with the worker, tells a later run that it is the same file."""
+        item = worker.item
+        assert item is not None
+        try:
+            sha256 = hash_file(item.path)
+        except Error:
+            sha256 = ""
+        seconds = round(time.monotonic() - worker.start, 3)
+        self.outcomes.append(
+            Outcome(item.path, item.target, "failed", exit_code, reason, sha256=sha256, seconds=seconds)
+        )
 
     def _server_lost(self) -> None:
         """It has ended, and all workers with it: what they had is done again by others."""
@@ -246,7 +264,7 @@ class _Pool:
                 if worker.tries < _MAX_TRIES:
                     self.again.append((worker.item, worker.tries))
                 else:
-                    self._fail(worker.item, Error.exit_code, "the server of workers ended while it was drawn")
+                    self._fail(worker, Error.exit_code, "the server of workers ended while it was drawn")
         self.workers.clear()
         self._stillborn("the server of workers ends")
 

@@ -12,6 +12,7 @@ import gc
 import json
 import os
 import pickle
+import resource
 import signal
 import socket
 import tempfile
@@ -22,6 +23,8 @@ from typing import Any, BinaryIO
 
 from .record import Item, Outcome, Settings
 
+# What a worker says first.
+READY = b"{}\n"
 # Exit code of a worker that failed otherwise than by its item.
 BROKEN = 113
 # Bytes by which its own memory may have grown since its first files before a worker is renewed.
@@ -59,12 +62,14 @@ def main(descriptor: int, parent: int, folder: str) -> None:
     if os.getppid() != parent:
         os._exit(BROKEN)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _mute()
     with contextlib.suppress(OSError):  # the system takes a worker before its supervisor
         Path("/proc/self/oom_score_adj").write_text("500")
     tempfile.tempdir = folder
     with socket.socket(fileno=descriptor) as connection, connection.makefile("rb") as inbox:
         job: Job = pickle.loads(inbox.read(int.from_bytes(inbox.read(8), "little")))
+        connection.sendall(READY)
         _work(job, connection, inbox)
     os._exit(0)  # nothing that was inherited is to be cleaned up here
 
@@ -86,7 +91,7 @@ def _answer(job: Job, item: Item) -> dict[str, Any]:
     try:
         answer = asdict(job.draw(item, job.settings))
         json.dumps(answer)
-    except Exception as error:
+    except BaseException as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
         return asdict(Outcome(item.path, item.target, "failed", 70, f"internal error: {text}"))
     return answer

@@ -1,0 +1,89 @@
+"""Drawing functions that do what the item's name says; run in the workers of the pool."""
+
+import ctypes
+import os
+import resource
+import signal
+import time
+from pathlib import Path
+
+from trimray.batch.record import Item, Outcome, Settings
+from trimray.importer.forked import data_bytes
+
+_hoard = []
+
+
+def draw(item: Item, settings: Settings) -> Outcome:
+    """By the name's part before "-": good ones take as many milliseconds as their size says."""
+    match Path(item.path).name.partition("-")[0]:
+        case "segfault":
+            ctypes.string_at(0)
+        case "abort":
+            os.abort()
+        case "hang":
+            time.sleep(1000)
+        case "deaf":
+            signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+            ctypes.CDLL(None).sleep(1000)  # holds on in native code
+        case "hog":
+            limit = data_bytes() + (64 << 20)
+            resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+            while True:
+                _hoard.append(bytearray(8 << 20))
+        case "exit0":
+            os._exit(0)
+        case "exit7":
+            os._exit(7)
+        case "exit113":
+            os._exit(113)
+        case "quit":
+            raise SystemExit(3)
+        case "raise":
+            raise ValueError("two\nlines")
+        case "unspeakable":
+            return Outcome(item.path, item.target, "complete", reason=lambda: "")
+        case "nothing":
+            return None
+        case "nonsense":
+            _shout(b'{"status": "splendid"}\n')
+            time.sleep(1000)
+        case "endless":
+            _shout(b"x" * (3 << 20))
+            time.sleep(1000)
+        case "killed":
+            os.kill(os.getpid(), signal.SIGKILL)
+        case "killedonce":
+            if not os.path.exists(item.target):
+                Path(item.target).touch()
+                os.kill(os.getpid(), signal.SIGKILL)
+        case "poison":  # its damage shows while the next file is drawn
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.setitimer(signal.ITIMER_REAL, 0.05)
+        case "grow":
+            _hoard.append(b"x" * (300 << 20))
+        case "leftover":
+            folder, name = os.path.split(item.target)
+            Path(folder, f".{name}.0123456789ab.part").touch()
+            os._exit(1)
+    time.sleep(item.size / 1000)
+    return Outcome(item.path, item.target, "complete", reason=str(os.getpid()))
+
+
+def _shout(data: bytes) -> None:
+    """Writes on every socket of this process."""
+    for entry in os.listdir("/proc/self/fd"):
+        try:
+            if os.readlink(f"/proc/self/fd/{entry}").startswith("socket:"):
+                os.write(int(entry), data)
+        except OSError:
+            continue
+
+
+class Unloadable:
+    """Can be pickled, but not be unpickled."""
+
+    def __call__(self, item: Item, settings: Settings) -> Outcome:
+        raise NotImplementedError
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return os.stat, ("/nonexistent",)
