@@ -20,6 +20,8 @@ def main(argument: str) -> None:
             os.abort()
         case "killed":
             os.kill(os.getpid(), signal.SIGKILL)
+        case "raise":
+            raise RuntimeError("through main")
         case "exit":
             os._exit(7)
         case "memory":

@@ -15,10 +15,17 @@ from trimray.importer.process import Request, run_child
 HERE = Path(__file__).parent
 
 
-def run(name, monkeypatch, *, time_limit=None, memory_limit=None, progress=None):
+@pytest.fixture(params=["spawn", "fork"])
+def run(request, monkeypatch):
+    """Runs a misbehaving child, started in either way."""
     monkeypatch.setenv("PYTHONPATH", str(HERE))
-    request = Request("unused", name, "/tmp", "default", None, memory_limit)
-    return run_child(request, time_limit=time_limit, progress=progress, module="misbehaving_child")
+
+    def run(name, *, time_limit=None, memory_limit=None, progress=None):
+        job = Request("unused", name, "/tmp", "default", None, memory_limit)
+        options = {"module": "misbehaving_child", "start": request.param}
+        return run_child(job, time_limit=time_limit, progress=progress, **options)
+
+    return run
 
 
 def children():
@@ -43,49 +50,60 @@ def _no_child_left():
     assert set(children()) <= before
 
 
-def test_hang_ends_at_the_time_limit(monkeypatch):
+def test_hang_ends_at_the_time_limit(run):
     start = time.monotonic()
     with pytest.raises(
         TimeLimitError, match=r"hang: not read within 1\.5 s \(stopped in stage 'transfer'\)"
     ) as caught:
-        run("hang", monkeypatch, time_limit=1.5)
+        run("hang", time_limit=1.5)
     assert time.monotonic() - start < 10
     assert caught.value.exit_code == 5
 
 
 @pytest.mark.parametrize(("name", "signal"), [("segfault", "SIGSEGV"), ("abort", "SIGABRT")])
-def test_crash_is_one_line(monkeypatch, name, signal):
+def test_crash_is_one_line(run, name, signal):
     with pytest.raises(
         InputError, match=rf"^{name}: OpenCascade crashed on it \({signal} in stage 'transfer'\)$"
     ) as caught:
-        run(name, monkeypatch)
+        run(name)
     assert caught.value.exit_code == 3
 
 
-def test_hoarding_ends_at_the_memory_limit(monkeypatch):
+def test_hoarding_ends_at_the_memory_limit(run):
     with pytest.raises(MemoryLimitError, match="memory: cannot be read within 200 MiB") as caught:
-        run("memory", monkeypatch, memory_limit=200 << 20)
+        run("memory", memory_limit=200 << 20)
     assert caught.value.exit_code == 5
 
 
-def test_kill_from_outside_counts_as_out_of_memory(monkeypatch):
+def test_kill_from_outside_counts_as_out_of_memory(run):
     with pytest.raises(MemoryLimitError, match="in this machine's memory"):
-        run("killed", monkeypatch)
+        run("killed")
 
 
-def test_silent_end_and_nonsense_are_errors(monkeypatch):
+def test_silent_end_and_nonsense_are_errors(run):
     with pytest.raises(InputError, match="exit 7"):
-        run("exit", monkeypatch)
+        run("exit")
     with pytest.raises(InputError, match="nonsense"):
-        run("nonsense", monkeypatch)
+        run("nonsense")
 
 
-def test_interrupt_passes_through_and_kills_the_child(monkeypatch):
+def test_interrupt_passes_through_and_kills_the_child(run):
     def interrupt(stage, fraction):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run("hang", monkeypatch, progress=interrupt)
+        run("hang", progress=interrupt)
+
+
+def test_forked_child_leaves_the_parents_exit_and_files_alone(run, tmp_path):
+    """What the parent would do at its exit, and its open files, are none of the child's."""
+    with open(tmp_path / "log", "w") as file:
+        file.write("once")
+        with pytest.raises(InputError, match="exit 7"):
+            run("exit")
+        with pytest.raises(InputError, match=r"ended early \(exit (1|70)"):
+            run("raise")
+    assert (tmp_path / "log").read_text() == "once"
 
 
 def test_real_reader_obeys_a_small_memory_limit(tmp_path):
