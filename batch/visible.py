@@ -38,7 +38,7 @@ def visible(frame: Frame, background: Background) -> Visible:
     reason = ""
     if seen < least:
         if covered == 0:
-            reason = "blank: no pixel shows the model"
+            reason = "blank: no pixel shows the model, which may be thinner than one"
         elif covered < least:
             reason = f"nearly blank: {covered} of {count} pixels show the model"
         else:
