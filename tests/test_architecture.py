@@ -27,6 +27,7 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
         "core/hybrid/",
         "raster/seed_buffers.h",
     ),
+    "distance": ("core/base/", "core/nurbs/", "core/trace/", "core/distance/"),
     "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
     "bind": ("core/", "raster/rasterizer.h", "raster/seed_buffers.h"),
 }
