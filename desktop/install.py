@@ -23,6 +23,8 @@ _DATABASE_FILES = (
     *("aliases", "generic-icons", "globs", "globs2", "icons", "magic", "mime.cache", "subclasses"),
     *("treemagic", "types", "version", "XMLnamespaces"),
 )
+# Folders that install makes in the data folder, or that the tool makes for our types.
+_MADE = ("mime", "mime/model", "mime/packages", "thumbnailers")
 _FOLDERS = "X-Trimray-Folders="
 
 # Hears of every step before it is done: "write", "remove" or "run", and on what.
@@ -244,9 +246,7 @@ def _remove(path: str, tell: Tell, dry_run: bool) -> bool:
 
 
 def _missing_folders(place: Place) -> list[str]:
-    """Those that install makes, relative to the data folder."""
-    names = ("mime", "mime/packages", "thumbnailers")
-    return [name for name in names if not os.path.isdir(os.path.join(place.data, name))]
+    return [name for name in _MADE if not os.path.isdir(os.path.join(place.data, name))]
 
 
 def _recorded_folders(place: Place) -> list[str]:
@@ -259,7 +259,7 @@ def _recorded_folders(place: Place) -> list[str]:
 
 def _remove_empty(data: str, folders: list[str]) -> None:
     for name in sorted(folders, reverse=True):
-        if name in ("mime", "mime/packages", "thumbnailers"):
+        if name in _MADE:
             path = os.path.join(data, name)
             if os.path.isdir(path) and not os.listdir(path):
                 os.rmdir(path)

@@ -13,10 +13,7 @@ _PLAIN = "-_.~!$&'()*+,:=@/"
 def file_uri(path: str) -> str:
     """The URI of a file. path: absolute or not, of any bytes (surrogateescape); links are not followed, since
     file managers do not either."""
-    absolute = os.path.abspath(path)
-    if absolute.startswith("//"):  # POSIX leaves two slashes a meaning; GLib does not
-        absolute = absolute[1:]
-    return "file://" + quote_from_bytes(os.fsencode(absolute), _PLAIN)
+    return "file://" + quote_from_bytes(os.fsencode(os.path.abspath(path)), _PLAIN)
 
 
 def path_of(text: str) -> str:

@@ -86,7 +86,9 @@ def _read(request: dict[str, Any], pipe: BinaryIO) -> None:
 def _foreign(name: str, error: BaseException) -> dict[str, Any]:
     """An exception that is none of ours: of Python, or of OpenCascade through its bindings."""
     kind = type(error).__name__
-    starved = isinstance(error, ImportError) and ("map segment" in str(error) or "allocate" in str(error))
+    starved = isinstance(error, ImportError) and any(
+        words in str(error) for words in ("map segment", "zero-fill", "allocate")
+    )
     if starved or isinstance(error, MemoryError) or "OutOfMemory" in kind or "bad_alloc" in str(error):
         return {"error": "MemoryLimitError", "message": f"{name}: out of memory", "detail": ""}
     detail = traceback.format_exc()
