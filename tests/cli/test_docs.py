@@ -71,6 +71,16 @@ def test_every_key_of_the_json_is_explained(run: Run, samples_dir: Path, tmp_pat
         assert f"`{key}`" in MANUAL, key
 
 
+def test_every_key_of_a_batch_is_explained(run: Run, samples_dir: Path, tmp_path: Path) -> None:
+    words = ("-o", tmp_path, "--size", "8", "--report", "-", "--progress", "json")
+    result = run("batch", samples_dir / "patch.step", *words)
+    event = next(line for line in result.err.splitlines() if line.startswith("{"))
+    keys = json.loads(result.out).keys() | json.loads(event).keys()
+    assert {"status", "files_per_second"} <= keys
+    for key in keys:
+        assert f"`{key}`" in MANUAL, key
+
+
 @pytest.fixture
 def workplace(tmp_path: Path, samples_dir: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder that looks like the checkout to the commands of the README."""
@@ -87,7 +97,11 @@ def test_the_commands_of_the_readme_work(run: Run, workplace: Path) -> None:
         result = run(*words)
         assert result.code == 0 and result.err == "", (line, result.err)
         if "-o" in words:
-            assert (workplace / words[words.index("-o") + 1]).stat().st_size > 1000, line
+            written = workplace / words[words.index("-o") + 1]
+            files = [*written.rglob("*.png")] if written.is_dir() else [written]
+            assert files and all(
+                file.stat().st_size > (100 if written.is_dir() else 1000) for file in files
+            ), line
 
 
 def test_the_options_that_the_readme_names_exist() -> None:
