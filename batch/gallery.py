@@ -53,11 +53,13 @@ def check_gallery(folder: str | os.PathLike[str]) -> None:
     path = os.path.join(os.fspath(folder), NAME)
     if not os.path.lexists(path):
         return
-    try:
-        with open(path, "rb") as file:
-            start = file.read(4096)
-    except OSError as error:
-        raise OutputError(f"{path}: not written: {error.strerror}") from None
+    start = b""
+    if os.path.isfile(path):  # a pipe would have no end
+        try:
+            with open(path, "rb") as file:
+                start = file.read(4096)
+        except OSError as error:
+            raise OutputError(f"{path}: not written: {error.strerror}") from None
     if _MARK.encode() not in start:
         raise OutputError(f"{path}: not written: it is there already, and no gallery of trimray's")
 

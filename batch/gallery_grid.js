@@ -69,7 +69,8 @@ class Grid {
     this.open = open;
     this.shown = [];
     this.active = 0;
-    this.rows = new Map();
+    this.rows = new Map(); // by number
+    this.cells = new Map(); // by entry
     this.printing = false;
     element.addEventListener("click", (event) => {
       const cell = event.target.closest(".tile");
@@ -113,9 +114,15 @@ class Grid {
     document.documentElement.style.scrollPaddingTop = `${this.fixed() + GAP}px`;
     this.element.setAttribute("aria-rowcount", this.count);
     this.element.setAttribute("aria-colcount", this.columns);
+    // Tiles that stay are moved, not made anew: their pictures would flicker.
+    const kind = `${this.tileWidth} ${this.printing}`;
+    this.former = kind === this.kind ? this.cells : new Map();
+    this.kind = kind;
+    this.cells = new Map();
     this.rows.forEach((row) => row.remove());
     this.rows.clear();
     this.paint();
+    this.former = new Map();
   }
 
   later() {
@@ -135,11 +142,16 @@ class Grid {
       if (index >= first && index < last) continue;
       row.remove();
       this.rows.delete(index);
+      this.slice(index).forEach((entry) => this.cells.delete(entry));
     }
     for (let index = first; index < last; index += 1) {
       if (!this.rows.has(index)) this.rows.set(index, this.row(index));
     }
     this.mark();
+  }
+
+  slice(index) {
+    return this.shown.slice(index * this.columns, (index + 1) * this.columns);
   }
 
   row(index) {
@@ -148,8 +160,9 @@ class Grid {
     row.setAttribute("aria-rowindex", index + 1);
     row.style.top = `${index * this.height}px`;
     const start = index * this.columns;
-    this.shown.slice(start, start + this.columns).forEach((entry, column) => {
-      const cell = tile(entry, this.tileWidth, this.printing);
+    this.slice(index).forEach((entry, column) => {
+      const cell = this.former.get(entry) ?? tile(entry, this.tileWidth, this.printing);
+      this.cells.set(entry, cell);
       cell.id = `tile-${start + column}`;
       cell.dataset.index = start + column;
       cell.setAttribute("role", "gridcell");

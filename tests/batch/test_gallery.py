@@ -135,6 +135,12 @@ def test_a_page_of_someone_else_stays(tmp_path: Path) -> None:
     assert page.read_text() == "<html>mine</html>"
 
 
+def test_what_is_no_file_stays(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "index.html")
+    with pytest.raises(OutputError, match="it is there already"):
+        check_gallery(tmp_path)
+
+
 def test_a_folder_that_is_missing_is_told(tmp_path: Path) -> None:
     check_gallery(tmp_path / "none")
     with pytest.raises(OutputError, match="not written"):

@@ -1,0 +1,55 @@
+"""A headless browser, and a gallery to open in it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from trimray.batch.gallery import write_gallery
+from trimray.batch.record import Settings
+
+from .gallery_reader import CHROMIUM, Reader, library
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    playwright = pytest.importorskip("playwright.sync_api", reason="no playwright")
+    if not os.access(CHROMIUM, os.X_OK):
+        pytest.skip(f"no {CHROMIUM}")
+    with playwright.sync_playwright() as started:
+        root = ["--no-sandbox"] if os.geteuid() == 0 else []
+        browser = started.chromium.launch(executable_path=CHROMIUM, args=[*root, "--disable-gpu"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Iterator[Any]:
+    """open_page(path, hash="", **options of a browser's context): a Reader; nothing goes wrong on its page."""
+    readers: list[Reader] = []
+    contexts = []
+
+    def call(path: str, hash: str = "", **options: Any) -> Reader:
+        context = browser.new_context(**{"viewport": {"width": 1200, "height": 800}, **options})
+        contexts.append(context)
+        readers.append(Reader(context.new_page(), Path(path).as_uri() + hash))
+        return readers[-1]
+
+    yield call
+    for context in contexts:
+        context.close()
+    for reader in readers:
+        assert reader.errors == []
+        assert [url for url in reader.requests if not url.startswith(("file://", "data:"))] == []
+
+
+@pytest.fixture(scope="module")
+def gallery(tmp_path_factory: pytest.TempPathFactory) -> str:
+    folder = tmp_path_factory.mktemp("gallery")
+    outcomes = library(folder)
+    sizes = {outcome.path: 1000 - i for i, outcome in enumerate(outcomes)}
+    return write_gallery(folder, outcomes, title="Parts", settings=Settings(), sizes=sizes)
