@@ -227,7 +227,12 @@ class State:
             ).fetchone()
         if found is None:
             return None
-        return Run(found[0], tuple(json.loads(found[1])), json.loads(found[2]), found[3], found[4])
+        try:
+            return Run(found[0], tuple(json.loads(found[1])), json.loads(found[2]), found[3], found[4])
+        except ValueError as error:
+            raise OutputError(
+                f"{self._path}: the state of the batch is damaged ({error}); move it away to begin anew"
+            ) from None
 
     def row(self, path: str) -> Row | None:
         with self._errors():

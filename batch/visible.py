@@ -34,7 +34,7 @@ def visible(frame: Frame, background: Background) -> Visible:
     contrast = _contrast(color, background)
     hit = (frame["face"] >= 0) | (contrast > 0.5 / 255)
     covered, seen = int(hit.sum()), int((contrast > _CONTRAST).sum())
-    least = max(_PIXELS, _SHARE * count)
+    least = max(min(_PIXELS, count), _SHARE * count)
     reason = ""
     if seen < least:
         if covered == 0:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from trimray import UsageError
 
 from .batch_progress import BatchProgress, shown_path
+from .files import check_target
 from .output import say, write_stdout
 
 if TYPE_CHECKING:
@@ -49,11 +50,15 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
         check_gallery(folder, shard)
     last = _remembered(folder, shard) if options["resume"] and not inputs else None
     if not inputs and last is None:
-        raise UsageError("missing input: give files or folders, or --resume")
+        resumed = (
+            f": the state in {folder} knows of no run to go on with" if options["resume"] else ", or --resume"
+        )
+        raise UsageError(f"missing input: give files or folders{resumed}")
     template = options["template"] or (last.options["template"] if last else None)
     include = options["include"] or (tuple(last.options["include"]) if last else ())
     settings = _settings(options, given, last, template)
     paths = inputs or (last.paths if last else ())
+    _check_report(options["lines"], folder)
     if options["dry_run"]:
         _show_plan(paths, folder, settings, include, template, shard)
         return 0
@@ -84,6 +89,16 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
     tell_summary(summary, options["quiet"])
     write_results(summary, folder, options)
     return summary.exit_code
+
+
+def _check_report(path: str | None, folder: str) -> None:
+    """Hours of work must not end at a folder that is missing. folder: of the pictures, which will be made.
+    Raises OutputError."""
+    if path is None or path == "-":
+        return
+    place = os.path.dirname(os.path.abspath(path))
+    if not f"{place}/".startswith(f"{os.path.abspath(folder)}/"):
+        check_target(path)
 
 
 def write_results(summary: Summary, folder: str, options: dict[str, Any]) -> None:

@@ -97,9 +97,8 @@ class BatchProgress(Listener):
         else:
             from rich.text import Text
 
-            self._bar.console.print(
-                Text("trimray: ", "bold red" if error else "bold yellow") + text, soft_wrap=True
-            )
+            head = ("trimray:", "bold red" if error else "bold yellow")
+            self._bar.console.print(Text.assemble(head, " ", text), soft_wrap=True)
 
     def _tell(self) -> None:
         if self._bar is not None:

@@ -73,7 +73,7 @@ def plan(inputs: tuple[str, ...], output: str | None, format: str | None, kind: 
             if place in taken:
                 raise UsageError(f"{taken[place]} and {source} would both be written to {target}")
             taken[place] = source
-            _check_target(target)
+            check_target(target)
         jobs.append(Job(group, target, chosen))
     sources = {os.path.realpath(s): s for s in inputs if s != "-"}
     for place, source in taken.items():
@@ -93,7 +93,8 @@ def stem(source: str) -> str:
     return root or name
 
 
-def _check_target(target: str) -> None:
+def check_target(target: str) -> None:
+    """Can it be written? Raises OutputError."""
     folder = os.path.dirname(target) or "."
     if not os.path.isdir(folder):
         raise OutputError(f"{target}: not written: no folder '{folder}'")

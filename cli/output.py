@@ -31,6 +31,8 @@ def say(text: str, *, error: bool = False) -> None:
 
 def write_stdout(data: bytes | str) -> None:
     """Data on stdout, flushed. Raises OutputError."""
+    if sys.stdout is None:  # closed by the caller
+        raise OutputError("stdout: not written: Bad file descriptor")
     try:
         sys.stdout.flush()
         stream = getattr(sys.stdout, "buffer", None)
