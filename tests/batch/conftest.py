@@ -29,7 +29,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture
 def open_page(browser: Any) -> Iterator[Any]:
-    """open_page(path, hash="", **options of a browser's context): a Reader; nothing goes wrong on its page."""
+    """open_page(path, hash="", **options of the context): a Reader, on whose page nothing may go wrong."""
     readers: list[Reader] = []
     contexts = []
 
