@@ -1,6 +1,7 @@
 """Speed and memory of each stage, model by model, and of a cached second render; `scripts/bench mesh`: the
 tessellator beside BRepMesh (mesh.py); `scripts/bench levels`: meshes for a view (levels.py);
-`scripts/bench hybrid`: the hybrid tracer beside its baselines (hybrid.py).
+`scripts/bench hybrid`: the hybrid tracer beside its baselines (hybrid.py); `scripts/bench batch`: a batch
+beside loops over single commands (batch.py).
 
 Every figure is a median of --repeat runs in this process or, for memory and the second render, of whole
 processes. Rays are primary rays of the orthographic iso view at 1024 x 1024, background included, one
@@ -25,7 +26,7 @@ import numpy as np
 import trimray
 from trimray import _core
 
-from . import hybrid, levels, mesh
+from . import batch, hybrid, levels, mesh
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = Path(os.environ.get("TRIMRAY_MODELS", ROOT.parent / "shared" / "models"))
@@ -153,6 +154,8 @@ def main() -> int:
     arguments = sys.argv[1:]
     if arguments[:1] == ["hybrid"]:
         return hybrid.main(arguments[1:])
+    if arguments[:1] == ["batch"]:
+        return batch.main(arguments[1:])
     table = arguments[0] if arguments[:1] in (["mesh"], ["levels"]) else ""
     args = parser.parse_args(arguments[bool(table) :])
     default = {"mesh": mesh.SET, "levels": levels.SET}.get(table, SET)
