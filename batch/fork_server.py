@@ -164,7 +164,8 @@ def serve(descriptor: int, folder: str) -> None:
     os.set_blocking(wake_write, False)
     signal.set_wakeup_fd(wake_write, warn_on_full_buffer=False)
     signal.signal(signal.SIGCHLD, lambda *_: None)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     control = socket.socket(fileno=descriptor)
     control.send(json.dumps({"ready": os.getpid()}).encode())
     workers: set[int] = set()

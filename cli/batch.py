@@ -223,14 +223,17 @@ def _show_plan(
 
 @contextmanager
 def one_interruption() -> Iterator[None]:
-    """SIGTERM, which Slurm sends before the end, is as Ctrl-C; a second one disturbs nothing."""
+    """SIGTERM, which Slurm sends before the end, and SIGHUP are as Ctrl-C; a second one disturbs nothing. What
+    is ignored already (nohup) stays so."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         for each in before:
             signal.signal(each, signal.SIG_IGN)
         raise KeyboardInterrupt
 
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {number: signal.getsignal(number) for number in numbers}
+    before = {number: handler for number, handler in before.items() if handler is not signal.SIG_IGN}
     try:
         for number in before:
             signal.signal(number, interrupt)

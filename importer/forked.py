@@ -75,6 +75,9 @@ def _become_child(pipe: int) -> None:
         if signal.getsignal(number) not in (signal.SIG_DFL, None):
             with contextlib.suppress(OSError, ValueError):
                 signal.signal(number, signal.SIG_DFL)
+    signal.signal(
+        signal.SIGTERM, signal.SIG_IGN
+    )  # sent to all processes of a job: the caller decides here too
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
     null = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -184,7 +185,12 @@ def pictures(folder: Path) -> list[Path]:
 def long_run(slow_library: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """In the middle of its work."""
     command = [sys.executable, "-m", "trimray.cli", "batch", slow_library, "-o", tmp_path / "out", *SMALL]
-    child = subprocess.Popen([str(word) for word in command], stderr=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        [str(word) for word in command],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # also when run in the background
+    )
     try:
         until = time.monotonic() + 120
         while len(pictures(tmp_path / "out")) < 4 and time.monotonic() < until:
@@ -204,6 +210,35 @@ def test_an_interruption_says_how_to_go_on(
     assert long_run.returncode == 130
     assert "of 60 files are done; go on with --resume" in err and err.count("\n") == 1
     assert not [name for name in os.listdir(tmp_path / "out") if name.endswith(".part")]
+
+
+def test_a_signal_to_all_processes_is_no_failure_of_a_file(
+    long_run: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    """As batch systems and service managers send SIGTERM; the supervisor, which decides, may get it last."""
+    seen: set[int] = set()
+    until = time.monotonic() + 3
+    while time.monotonic() < until and long_run.poll() is None:
+        for pid in descendants(long_run.pid):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGTERM)
+                seen.add(pid)
+        time.sleep(0.02)
+    _, err = long_run.communicate(timeout=200)
+    assert len(seen) >= 3
+    assert long_run.returncode == 0 and "60 files: 60 complete" in err
+
+
+def descendants(pid: int) -> list[int]:
+    children: dict[int, list[int]] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            parent = int(stat.read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(stat.parent.name))
+    found = children.get(pid, [])
+    for child in found:
+        found += children.get(child, [])
+    return found
 
 
 def test_a_killed_batch_goes_on_where_it_was(long_run: subprocess.Popen[str], tmp_path: Path) -> None:
