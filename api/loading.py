@@ -59,9 +59,11 @@ def load(
     path = path_or_shape
     if not isinstance(path, str | os.PathLike | bytes):
         return _import(path, None, name, options, limits, progress, prepare)
-    data = path if isinstance(path, bytes) else _read(path)
     shown = name or (os.fsdecode(path) if not isinstance(path, bytes) else "<bytes>")
-    if not cache or _refers_to_files(data):
+    if not cache and (isinstance(path, bytes) or os.fspath(path)):  # the reader looks at the file itself
+        return _import(path, None, name, options, limits, progress, prepare)
+    data = path if isinstance(path, bytes) else _read(path, shown)
+    if _refers_to_files(data):
         return _import(path, None, name, options, limits, progress, prepare)
     key = _cache.key(data, os.path.splitext(shown)[1], options)
     return _from_cache(key, shown, prepare) or _import(path, key, name, options, limits, progress, prepare)
@@ -70,10 +72,9 @@ def load(
 _cache = cache  # load's argument bears the module's name
 
 
-def _read(path: str | os.PathLike[str]) -> bytes:
-    """A file's bytes; whatever is no readable regular file is an InputError."""
-    shown = os.fsdecode(path)
-    if not shown:
+def _read(path: str | os.PathLike[str], shown: str) -> bytes:
+    """A file's bytes; whatever is no readable regular file is an InputError. shown: the name in messages."""
+    if not os.fspath(path):
         raise InputError("the path of the input is empty")
     try:
         if os.path.isdir(path):

@@ -76,7 +76,8 @@ def draw_file(
             "covered": picture.visible.covered,
         }
         status, reason = _judge(picture)
-        write(item, picture, settings)
+        with _memory_limited(settings.memory_limit, _name(item.path)):
+            write(item, picture, settings)
         facts |= {"status": status, "reason": reason, "exit_code": 0 if status == "complete" else 1}
     except Error as error:
         facts |= {"status": "failed", "exit_code": error.exit_code, "reason": _without_name(item.path, error)}
@@ -111,8 +112,8 @@ def picture_of(path: str, settings: Settings, *, start: float | None = None, thr
     """
     clock = _Clock(time.monotonic() if start is None else start, settings.time_limit)
     _reset_peak()
-    model, degraded = _read(path, settings, clock)
     with _memory_limited(settings.memory_limit, _name(path)):
+        model, degraded = _read(path, settings, clock)
         frame, coarse = _draw(model, settings, clock, threads, _name(path))
         degraded = "; ".join(text for text in (degraded, coarse) if text)
         seen = visible(frame, settings.background)
@@ -150,17 +151,16 @@ def _read(path: str, settings: Settings, clock: _Clock) -> tuple[Model, str]:
 
 
 def _load(path: str, settings: Settings, heal: Any, time_limit: float | None) -> Model:
-    with _memory_limited(settings.memory_limit, _name(path)):
-        return load(
-            path,
-            cache=settings.cache,
-            heal=heal,
-            precision=settings.precision,
-            time_limit=time_limit,
-            memory_limit=settings.memory_limit,
-            name=_name(path),
-            start="fork",
-        )
+    return load(
+        path,
+        cache=settings.cache,
+        heal=heal,
+        precision=settings.precision,
+        time_limit=time_limit,
+        memory_limit=settings.memory_limit,
+        name=_name(path),
+        start="fork",
+    )
 
 
 def _draw(model: Model, settings: Settings, clock: _Clock, threads: int, name: str) -> tuple[Frame, str]:
@@ -232,9 +232,12 @@ def _name(path: str) -> str:
 
 def _without_name(path: str, error: Error) -> str:
     """The text of an error, one line, without the name of the input at its head."""
-    name = " ".join(f"{_name(path)}:".split())
     text = str(error)
-    return text[len(name) :].strip() if text.startswith(name) else text
+    for name in (path, _name(path)):
+        head = " ".join(f"{name}:".split())
+        if text.startswith(head):
+            return text[len(head) :].strip()
+    return text
 
 
 @contextmanager
