@@ -21,7 +21,7 @@ function writeHash() {
 
 function change(changes) {
   Object.assign(state, changes);
-  scrollTo(0, Math.min(scrollY, $("grid").offsetTop));
+  scrollTo(0, Math.min(scrollY, $("grid").offsetTop - grid.fixed() - GAP));
   writeHash();
   show();
 }

@@ -148,9 +148,9 @@ def _link(target: str, folder: str) -> str:
 
 
 def _reason(outcome: Outcome) -> str:
-    """Without the path in front, which stands beside it already."""
+    """Without path and status in front, which stand beside it already."""
     text = outcome.reason
-    for known in (outcome.path, os.path.basename(outcome.path)):
+    for known in (outcome.path, os.path.basename(outcome.path), outcome.status):
         text = text.removeprefix(f"{known}: ")
     text = _shown(text)
     return text if len(text) <= _LONGEST_REASON else f"{text[: _LONGEST_REASON - 1]}…"

@@ -12,7 +12,8 @@ class Detail {
     document.getElementById("next").addEventListener("click", step(1));
     document.getElementById("close").addEventListener("click", () => this.dialog.close());
     this.dialog.addEventListener("click", (event) => event.target === this.dialog && this.dialog.close());
-    this.dialog.addEventListener("close", () => moved(this.index, false));
+    // The event comes late: it may have been opened again, for another address.
+    this.dialog.addEventListener("close", () => this.dialog.open || moved(this.index, false));
     this.dialog.addEventListener("keydown", (event) => {
       const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
       if (!by || event.altKey || event.ctrlKey || event.metaKey) return;
@@ -48,6 +49,7 @@ class Detail {
     document.getElementById("detail-picture").replaceChildren(plate);
     document.getElementById("detail-facts").replaceChildren(...this.facts(entry));
     if (entry.link) this.enlarge(plate.firstChild, entry);
+    else plate.firstChild.textContent = "No picture"; // the reason stands beside it
     this.moved(index, true);
   }
 

@@ -36,7 +36,9 @@ def open_page(browser: Any) -> Iterator[Any]:
     def call(path: str, hash: str = "", **options: Any) -> Reader:
         context = browser.new_context(**{"viewport": {"width": 1200, "height": 800}, **options})
         contexts.append(context)
-        readers.append(Reader(context.new_page(), Path(path).as_uri() + hash))
+        readers.append(
+            Reader(context.new_page(), (path if path.startswith("http:") else Path(path).as_uri()) + hash)
+        )
         return readers[-1]
 
     yield call

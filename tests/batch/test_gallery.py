@@ -82,6 +82,8 @@ def test_a_failed_file_has_no_link_and_its_reason_not_its_path_twice(tmp_path: P
     failed = outcome(tmp_path, "a.step", "failed", exit_code=3, reason=f"{path}: empty")
     row = data_of(Path(write_gallery(tmp_path, [failed])))["rows"][0]
     assert row[1] == "" and row[-1] == "empty"
+    blank = outcome(tmp_path, "a.step", "blank", reason="blank: no pixel")
+    assert data_of(Path(write_gallery(tmp_path, [blank])))["rows"][0][-1] == "no pixel"
 
 
 def test_no_name_ends_the_script_or_the_title(tmp_path: Path) -> None:

@@ -204,6 +204,13 @@ def test_the_address_holds_the_state(open_page: Any, gallery: str) -> None:
     for control in ("#search", "#least", "#most", "#sort", "#tiles"):
         assert other.page.input_value(control) == reader.page.input_value(control)
     assert other.page.locator("[aria-pressed=true].chip").count() == 2
+    for name in ("part 12.step", "part 13.step"):  # another address on the same page
+        other.page.evaluate("name => { location.hash = `q=part&open=${encodeURIComponent(name)}`; }", name)
+        other.page.wait_for_function(
+            "name => document.getElementById('detail-name').textContent === name", arg=name
+        )
+        other.page.wait_for_timeout(300)
+        assert other.open and "open=part" in other.page.evaluate("location.hash")
     other.page.evaluate("location.hash = 'status=failed&sort=nonsense&faces=x&tiles=__proto__&open=none'")
     other.page.wait_for_function("document.getElementById('count').textContent.startsWith('2 of')")
     assert other.names == ["broken.step", "slow.step"] and not other.open
