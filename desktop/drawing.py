@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 _PR_SET_PDEATHSIG = 1
 
 
-def draw(request: Request, pipe: int) -> None:
+def draw(request: Request, pipe: int, parent: int) -> None:
     """Writes the picture, whole or not at all, and tells on the pipe what became of it: the exit code and one
-    line as JSON."""
+    line as JSON. parent: the process that waits; the kernel ends this one with it."""
     start = time.monotonic()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:
+        return
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
         data = encoded(request, start)

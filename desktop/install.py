@@ -139,7 +139,7 @@ def find_program() -> str:
 def outside_of_sandbox(program: str) -> list[str]:
     """What the thumbnailer needs that GNOME's sandbox does not show: it has /usr and nothing else."""
     needed = (program, sys.prefix, sys.base_prefix, os.path.dirname(os.path.dirname(__file__)))
-    hidden = (path for path in needed if not os.path.realpath(path).startswith("/usr/"))
+    hidden = (path for path in needed if not f"{os.path.realpath(path)}/".startswith("/usr/"))
     return list(dict.fromkeys(hidden))
 
 

@@ -54,6 +54,8 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"trimray-thumbnailer {__version__}")
             return 0
         request = parse(arguments)
+        for number in (signal.SIGTERM, signal.SIGHUP):  # file managers lose patience
+            signal.signal(number, _end_of_patience)
         code, text = supervise(request)
         if code:
             _say(text)
@@ -67,6 +69,11 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         _say(f"internal error: {type(error).__name__}: {error}")
         return Error.exit_code
+
+
+def _end_of_patience(number: int, frame: object) -> None:
+    """Unwinds, so that the child and its files go, too."""
+    raise SystemExit(128 + number)
 
 
 def parse(arguments: list[str]) -> Request:
@@ -128,10 +135,11 @@ def supervise(request: Request) -> tuple[int, str]:
     scratch = _scratch(request)
     try:
         receive, send = os.pipe()
+        parent = os.getpid()
         child = os.fork()
         if child == 0:
             os.close(receive)
-            _child(request, send, scratch)
+            _child(request, send, scratch, parent)
         os.close(send)
         try:
             return _watch(request, child, receive)
@@ -168,10 +176,12 @@ def _remove(folder: str) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _child(request: Request, send: int, scratch: str) -> None:
+def _child(request: Request, send: int, scratch: str, parent: int) -> None:
     """Never returns."""
     code = Error.exit_code
     try:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
         os.environ["TMPDIR"] = scratch
         os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy would start a thread a core
         null = os.open(os.devnull, os.O_RDWR)
@@ -179,7 +189,7 @@ def _child(request: Request, send: int, scratch: str) -> None:
             os.dup2(null, stream)
         from .drawing import draw
 
-        draw(request, send)
+        draw(request, send, parent)
         code = 0
     finally:
         os._exit(code)

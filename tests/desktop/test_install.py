@@ -6,6 +6,7 @@ import configparser
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -219,9 +220,15 @@ def test_places() -> None:
     assert install.system_place({"XDG_DATA_DIRS": "/opt/share"}).data == "/opt/share"
 
 
-def test_what_lies_outside_of_the_sandbox() -> None:
-    assert "/opt/trimray/bin/x" in install.outside_of_sandbox("/opt/trimray/bin/x")
-    assert "/usr/local/lib/trimray/bin/x" not in install.outside_of_sandbox("/usr/local/lib/trimray/bin/x")
+def test_what_lies_outside_of_the_sandbox(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(install, "__file__", "/usr/local/lib/trimray/lib/trimray/desktop/install.py")
+    monkeypatch.setattr(sys, "prefix", "/usr/local/lib/trimray")
+    monkeypatch.setattr(sys, "base_prefix", "/usr")
+    inside = "/usr/local/lib/trimray/bin/trimray-thumbnailer"
+    assert install.outside_of_sandbox(inside) == []
+    assert install.outside_of_sandbox("/opt/bin/x") == ["/opt/bin/x"]
+    monkeypatch.setattr(sys, "base_prefix", "/home/me/python")
+    assert install.outside_of_sandbox(inside) == ["/home/me/python"]
 
 
 def test_a_seal_breaks_at_any_change() -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -124,7 +127,7 @@ def test_whatever_the_drawing_process_does(
         "import os, signal, time\n"
         "from trimray.desktop import drawing, thumbnail\n"
         "thumbnail._GRACE_SECONDS = 0.5\n"
-        "def draw(request, pipe):\n"
+        "def draw(request, pipe, parent):\n"
         "    open(os.environ['TMPDIR'] + '/left', 'w').close()\n"
         f"    {deed}\n"
         "drawing.draw = draw\n"
@@ -133,6 +136,58 @@ def test_whatever_the_drawing_process_does(
     done = thumbnailer(*arguments, before=before, TMPDIR=str(tmp_path / "scratch"))
     assert done.returncode == code and text in one_line(done)
     assert os.listdir(tmp_path) == ["scratch"] and os.listdir(tmp_path / "scratch") == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_file_manager_that_loses_patience(tmp_path: Path, number: signal.Signals) -> None:
+    """Nothing runs on and nothing is left behind."""
+    code = (
+        "import os, sys, time\n"
+        "from trimray.desktop import drawing, thumbnail\n"
+        "def draw(request, pipe, parent):\n"
+        "    open(os.environ['TMPDIR'] + '/left', 'w').write(str(os.getpid()))\n"
+        "    time.sleep(600)\n"
+        "drawing.draw = draw\n"
+        "sys.exit(thumbnail.main())\n"
+    )
+    command = [sys.executable, "-c", code, "--time-limit", "600", "a.step", str(tmp_path / "no.png")]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as running:
+        while not (written := [p.read_text() for p in tmp_path.glob(".trimray-*/left")]) or not written[0]:
+            assert running.poll() is None
+            time.sleep(0.01)
+        running.send_signal(number)
+        _, error = running.communicate(timeout=60)
+    assert running.returncode == (130 if number == signal.SIGINT else 128 + number)
+    assert error.count("\n") <= 1 and os.listdir(tmp_path) == []
+    assert not os.path.exists(f"/proc/{written[0]}")
+
+
+def test_the_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
+    """Also when that has no time to say so."""
+    code = (
+        "import os, sys, time\n"
+        "from trimray.desktop import drawing, thumbnail\n"
+        "def encoded(request, start):\n"
+        "    open(os.environ['TMPDIR'] + '/left', 'w').write(str(os.getpid()))\n"
+        "    time.sleep(600)\n"
+        "drawing.encoded = encoded\n"
+        "sys.exit(thumbnail.main())\n"
+    )
+    command = [sys.executable, "-c", code, "--time-limit", "600", "a.step", str(tmp_path / "no.png")]
+    with subprocess.Popen(command, env=os.environ | {"TMPDIR": str(tmp_path)}) as running:
+        while not (written := [p.read_text() for p in tmp_path.glob(".trimray-*/left")]) or not written[0]:
+            assert running.poll() is None
+            time.sleep(0.01)
+        running.kill()
+    status = Path(f"/proc/{written[0]}/stat")
+    for _ in range(6000):
+        # Nobody may be there to take it off the table of processes.
+        if not status.exists() or status.read_text().rpartition(")")[2].split()[0] == "Z":
+            break
+        time.sleep(0.01)
+    else:
+        raise AssertionError("it runs on")
 
 
 def test_an_output_that_cannot_be_written(
