@@ -139,10 +139,11 @@ def test_ten_thousand_entries_keep_the_document_small(open_page: Any, large: str
     reader.page.evaluate("scrollTo(0, document.documentElement.scrollHeight / 2)")
     reader.page.wait_for_selector("text=part_05000.step")
     assert nodes() < 1500 and "part_09999.step" not in reader.names
-    reader.page.fill("#search", "part_0777")
-    assert reader.names == [f"part_0777{i}.step" for i in range(10)]
+    reader.page.fill("#search", "part_07")
     box, head = (reader.page.locator(which).first.bounding_box() for which in (".tile", "#head"))
     assert head["y"] + head["height"] <= box["y"] < 300  # scrolled back to the results, not below the head
+    reader.page.fill("#search", "part_0777")
+    assert reader.names == [f"part_0777{i}.step" for i in range(10)]
     reader.page.fill("#search", "")
     reader.page.click(".chip.failed")
     assert reader.names == [f"part_{i:05}.step" for i in range(0, 10_000, 1000)]
