@@ -15,6 +15,8 @@ namespace trimray::bind {
 namespace nb = nanobind;
 
 void bind_store(nb::module_& m);
+// Every array of a Store, by name, sharing its memory (bind_store_arrays.cpp).
+nb::dict store_arrays(nb::handle store);
 void bind_trace(nb::module_& m);
 void bind_seeds(nb::module_& m);
 void bind_view(nb::module_& m);

@@ -164,6 +164,8 @@ class FaceBuilder {
           for (CurvePiece& p : pieces->list)
             p.t0 = work.first + (p.t0 - best->first) * stretch,
             p.t1 = work.first + (p.t1 - best->first) * stretch;
+        if (best->first == work.first && best->last == work.last)
+          r.coedge.conic = conic_of<2>(model_.curves2, curve);
         if (use.reversed) reverse_pieces(*pieces);
         r.coedge.pieces = std::move(*pieces);
       }
@@ -267,7 +269,7 @@ EdgeWork build_edge(const brep::Model& model, const Walk& walk, const WalkEdge& 
   if (hull.diagonal() <= kTinyEdge)
     w.degenerate = true;
   else
-    w.path = std::move(*path);
+    w.path = std::move(*path), w.conic = placed(conic_of<3>(model.curves3, data.curve3), at);
   return w;
 }
 

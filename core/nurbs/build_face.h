@@ -10,6 +10,7 @@ struct EdgeWork {
   Pieces3 path;  // in the edge's own direction; empty when degenerate or not yet known
   bool degenerate = false, smooth = false;
   double tolerance = 0.0, first = 0.0, last = 0.0;
+  std::optional<Conic> conic;  // the path's formula, where it has one
 };
 
 struct FaceWork {

@@ -103,8 +103,9 @@ class Assembler {
     first_edge_ = p.edges.begin, first_vertex_ = p.vertices.begin;
     for (std::size_t i = 0; i < work.edges.size(); ++i) add_edge(work.walk.edges[i], work.edges[i]);
     deviation_.assign(work.edges.size(), 0.0);
-    for (const Range& s : work.walk.shells)
-      store.shells.push_back({proto_, {p.faces.begin + s.begin, p.faces.begin + s.end}, false});
+    for (const WalkShell& s : work.walk.shells)
+      store.shells.push_back(
+          {proto_, {p.faces.begin + s.faces.begin, p.faces.begin + s.faces.end}, false, s.lone, s.solid});
     for (std::size_t i = 0; i < work.faces.size(); ++i) {
       const WalkFace& walk = work.walk.faces[i];
       const auto color = colors.find(walk.shape + 1);
@@ -162,6 +163,7 @@ class Assembler {
     e.degenerate = work.degenerate || work.path.empty();
     e.pieces = append(store.edge_pieces, store.edge_ctrl_h, work.path);
     if (e.degenerate) e.pieces.end = e.pieces.begin;
+    if (!e.degenerate) e.conic = append_conic(store, work.conic);
     for (int k = 0; k < 2; ++k) e.vertex[k] = walk.vertex[k] >= 0 ? first_vertex_ + walk.vertex[k] : -1;
     if (e.degenerate) {
       for (int k = 0; k < 2; ++k)
@@ -206,6 +208,7 @@ class Assembler {
           out.edge = c.edge >= 0 ? first_edge_ + c.edge : synthetic[-1 - c.edge];
           out.loop = count(store.loops), out.face = face;
           out.reversed = c.reversed, out.seam = c.seam;
+          out.conic = append_conic(store, c.conic);
           out.pieces = append(store.trim_pieces, store.trim_ctrl_h, c.pieces);
           double& worst = deviation_[out.edge - first_edge_];
           worst = std::max(worst, work.deviation[k++]);

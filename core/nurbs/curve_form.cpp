@@ -313,6 +313,49 @@ std::optional<Pieces<Hom<D>>> curve_pieces(const Curves<D>& curves, std::int32_t
   return pieces_of(*form);
 }
 
+template <int D>
+std::optional<Conic> conic_of(const Curves<D>& curves, std::int32_t index) {
+  if (index < 0) return {};
+  while (curves[index].kind == CurveKind::kTrimmed) index = curves[index].basis;
+  const brep::Curve<Vec<D>>& c = curves[index];
+  if (c.kind < CurveKind::kCircle || c.kind > CurveKind::kHyperbola) return {};
+  constexpr ConicKind kinds[] = {ConicKind::kCircle, ConicKind::kEllipse, ConicKind::kParabola,
+                                 ConicKind::kHyperbola};
+  Conic r;
+  r.kind = kinds[static_cast<int>(c.kind) - static_cast<int>(CurveKind::kCircle)];
+  for (int i = 0; i < D; ++i)
+    r.location[i] = c.location[i], r.x_axis[i] = c.x_axis[i], r.y_axis[i] = c.y_axis[i];
+  r.r1 = c.r1, r.r2 = c.r2;
+  bool sound = std::isfinite(r.r1) && std::isfinite(r.r2);
+  for (int i = 0; i < 3; ++i)
+    sound = sound && std::isfinite(r.location[i]) && std::isfinite(r.x_axis[i]) && std::isfinite(r.y_axis[i]);
+  if (!sound) return {};
+  return r;
+}
+
+std::optional<Conic> placed(const std::optional<Conic>& conic, const Transform& t) {
+  if (!conic || (t.linear == dmat3(1.0) && t.translation == dvec3(0.0))) return conic;
+  const double scale = std::cbrt(std::abs(glm::determinant(t.linear)));
+  const dmat3 gram = glm::transpose(t.linear) * t.linear;
+  bool similar = scale > 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      similar = similar && std::abs(gram[i][j] - (i == j ? scale * scale : 0.0)) <= 1e-9 * scale * scale;
+  // A parabola's parameter is a length.
+  if (!similar || (conic->kind == ConicKind::kParabola && std::abs(scale - 1.0) > 1e-12)) return {};
+  Conic r = *conic;
+  r.location = t.point(r.location);
+  r.x_axis = t.vector(r.x_axis) / scale, r.y_axis = t.vector(r.y_axis) / scale;
+  r.r1 *= scale, r.r2 *= scale;
+  return r;
+}
+
+std::int32_t append_conic(NurbsStore& store, const std::optional<Conic>& conic) {
+  if (!conic) return -1;
+  store.conics.push_back(*conic);
+  return static_cast<std::int32_t>(store.conics.size()) - 1;
+}
+
 void transform_ctrl(std::span<dvec4> ctrl_h, const Transform& placement) {
   for (dvec4& h : ctrl_h)
     h = dvec4(placement.linear * dvec3(h.x, h.y, h.z) + h.w * placement.translation, h.w);
@@ -328,6 +371,8 @@ template Pieces2 pieces_of(const SplineCurve<dvec3>&);
 template Pieces3 pieces_of(const SplineCurve<dvec4>&);
 template Pieces2 fit_cubics<2>(const std::function<dvec2(double)>&, double, double, double);
 template Pieces3 fit_cubics<3>(const std::function<dvec3(double)>&, double, double, double);
+template std::optional<Conic> conic_of<2>(const Curves<2>&, std::int32_t);
+template std::optional<Conic> conic_of<3>(const Curves<3>&, std::int32_t);
 template void curve_point<2>(const SplineCurve<dvec3>&, double, dvec2&, dvec2&);
 template void curve_point<3>(const SplineCurve<dvec4>&, double, dvec3&, dvec3&);
 template bool pieces_sound(const Pieces2&);

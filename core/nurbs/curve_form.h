@@ -60,6 +60,17 @@ template <int D>
 Pieces<glm::vec<D + 1, double>> fit_cubics(const std::function<glm::vec<D, double>(double)>& f, double a,
                                            double b, double tolerance);
 
+// The formula of a curve that is a conic, trimmed or not.
+template <int D>
+std::optional<Conic> conic_of(const std::vector<brep::Curve<glm::vec<D, double>>>& curves,
+                              std::int32_t index);
+
+// The conic in its place; none where the map is not rigid, up to a uniform scale.
+std::optional<Conic> placed(const std::optional<Conic>& conic, const Transform& placement);
+
+// Copies the conic to the store's end and returns its index, -1 for none.
+std::int32_t append_conic(NurbsStore& store, const std::optional<Conic>& conic);
+
 // Point and derivative of a spline curve at its parameter (through the map).
 template <int D>
 void curve_point(const SplineCurve<glm::vec<D + 1, double>>& curve, double t, glm::vec<D, double>& point,

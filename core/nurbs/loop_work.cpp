@@ -4,6 +4,7 @@ namespace trimray::nurbs {
 
 void shift(CoEdgeWork& c, dvec2 by) {
   for (dvec3& h : c.pieces.ctrl) h += dvec3(h.z * by, 0.0);
+  if (c.conic) c.conic->location += dvec3(by, 0.0);
 }
 
 void shift(LoopWork& loop, dvec2 by) {

@@ -1,6 +1,7 @@
 // Loops of p-curves while a face is built: what they hold, and how to move and measure them.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/nurbs/curve_form.h"
@@ -10,7 +11,8 @@ namespace trimray::nurbs {
 struct CoEdgeWork {
   std::int32_t edge = -1;  // WalkEdge; -1 - i: synthetic edge i of this face
   bool reversed = false, seam = false;
-  Pieces2 pieces;  // in loop direction
+  Pieces2 pieces;              // in loop direction
+  std::optional<Conic> conic;  // the p-curve's formula, where it has one
 };
 
 struct LoopWork {

@@ -14,6 +14,7 @@ class Moved {
       : surfaces_(length(s.surfaces)),
         knots_(length(s.knots)),
         ctrl_(length(s.ctrl_h)),
+        conics_(length(s.conics)),
         faces_(length(s.faces)),
         loops_(length(s.loops)),
         coedges_(length(s.coedges)),
@@ -30,7 +31,7 @@ class Moved {
         prototypes_(length(s.prototypes)) {}
 
   Surface operator()(Surface f) const {
-    move(f.knots_u, knots_), move(f.knots_v, knots_), move(f.ctrl, ctrl_);
+    move(f.knots_u, knots_), move(f.knots_v, knots_), move(f.ctrl, ctrl_), move(f.conic, conics_);
     return f;
   }
   Face operator()(Face f) const {
@@ -44,10 +45,11 @@ class Moved {
   }
   CoEdge operator()(CoEdge c) const {
     move(c.edge, edges_), move(c.loop, loops_), move(c.face, faces_), move(c.pieces, trim_pieces_);
+    move(c.conic, conics_);
     return c;
   }
   Edge operator()(Edge e) const {
-    move(e.pieces, edge_pieces_), move(e.coedges, edge_coedges_);
+    move(e.pieces, edge_pieces_), move(e.coedges, edge_coedges_), move(e.conic, conics_);
     for (std::int32_t& v : e.vertex) move(v, vertices_);
     return e;
   }
@@ -90,7 +92,7 @@ class Moved {
     if (index >= 0) index += by;  // negative: there is none
   }
 
-  std::int32_t surfaces_, knots_, ctrl_, faces_, loops_, coedges_, trim_pieces_, trim_ctrl_, edges_,
+  std::int32_t surfaces_, knots_, ctrl_, conics_, faces_, loops_, coedges_, trim_pieces_, trim_ctrl_, edges_,
       edge_coedges_, edge_pieces_, edge_ctrl_, vertices_, mesh_vertices_, mesh_triangles_, shells_,
       prototypes_;
 };
@@ -109,6 +111,7 @@ void append(NurbsStore& to, const NurbsStore& from) {
   append(to.surfaces, from.surfaces, moved);
   append(to.knots, from.knots, same);
   append(to.ctrl_h, from.ctrl_h, same);
+  append(to.conics, from.conics, same);
   append(to.faces, from.faces, moved);
   append(to.loops, from.loops, moved);
   append(to.coedges, from.coedges, moved);

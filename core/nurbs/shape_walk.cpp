@@ -82,12 +82,15 @@ class Walker {
     if (own) {
       shell = static_cast<std::int32_t>(walk_.shells.size());
       const std::int32_t at = static_cast<std::int32_t>(walk_.faces.size());
-      walk_.shells.push_back({at, at});
+      walk_.shells.push_back({{at, at}, solid_, false});
     }
+    const std::int32_t outer_solid = solid_;
+    if (s.kind == ShapeKind::kSolid) solid_ = solids_++;
     for (const brep::ShapeUse& use : s.children)
       visit(use.shape, placed(transform, use.location), transform, reversed != turned(use.orientation), shell,
             depth + 1);
-    if (own) walk_.shells[shell].end = static_cast<std::int32_t>(walk_.faces.size());
+    solid_ = outer_solid;
+    if (own) walk_.shells[shell].faces.end = static_cast<std::int32_t>(walk_.faces.size());
   }
 
   void face(std::int32_t shape, std::int32_t transform, std::int32_t outer, bool reversed,
@@ -100,7 +103,7 @@ class Walker {
     if (shell < 0) {
       f.shell = static_cast<std::int32_t>(walk_.shells.size());
       const std::int32_t at = static_cast<std::int32_t>(walk_.faces.size());
-      walk_.shells.push_back({at, at + 1});
+      walk_.shells.push_back({{at, at + 1}, solid_, true});
     }
     for (const brep::ShapeUse& wire : model_.shapes[shape].children) {
       if (model_.shapes[wire.shape].kind != ShapeKind::kWire || !bounds_area(wire.orientation)) continue;
@@ -148,6 +151,7 @@ class Walker {
   std::unordered_map<std::int64_t, std::vector<std::int32_t>>
       by_place_;  // x of the translation in cells of 2^-20 mm
   std::int64_t uses_ = 0;
+  std::int32_t solid_ = -1, solids_ = 0;  // the solid that is walked through, and how many there were
 };
 
 }  // namespace

@@ -31,12 +31,18 @@ struct WalkFace {
   std::vector<std::vector<EdgeUse>> wires;  // without internal and external uses
 };
 
+struct WalkShell {
+  Range faces;              // into Walk::faces
+  std::int32_t solid = -1;  // number of its solid, -1: of none
+  bool lone = false;        // made up for a face that is in no shell
+};
+
 struct Walk {
   std::vector<Transform> transforms;  // [0] is the identity
   std::vector<WalkFace> faces;        // in depth-first order; those of one shell stand together
   std::vector<WalkEdge> edges;
   std::vector<WalkVertex> vertices;
-  std::vector<Range> shells;  // into faces
+  std::vector<WalkShell> shells;
 };
 
 // Throws FormatError when the graph unfolds to more uses than any real model has, or nests too deep.

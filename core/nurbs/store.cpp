@@ -48,9 +48,14 @@ void check_knots(const NurbsStore& store, const Range& r, int degree, int count,
     if (!(k[i + degree] > k[i])) fail("knot multiplicity", index);
 }
 
+void check_conic(const NurbsStore& store, std::int32_t conic, std::size_t index) {
+  if (conic >= 0) check_index(conic, store.conics, "conic", index);
+}
+
 void check_surface(const NurbsStore& store, std::size_t i) {
   const Surface& f = store.surfaces[i];
-  if (f.kind > SurfaceKind::kNone) fail("surface kind", i);
+  if (f.kind > SurfaceKind::kNone || f.basis > SurfaceKind::kNone) fail("surface kind", i);
+  check_conic(store, f.conic, i);
   if (f.kind == SurfaceKind::kMesh || f.kind == SurfaceKind::kNone) return;
   if (f.map_u > ParamMap::kHyperbolic || f.map_v > ParamMap::kHyperbolic) fail("parameter map", i);
   check_knots(store, f.knots_u, f.degree_u, f.count_u, i);
@@ -85,6 +90,7 @@ void check_edges(const NurbsStore& store) {
     const Edge& e = store.edges[i];
     check_range(e.pieces, store.edge_pieces, "edge pieces", i);
     check_range(e.coedges, store.edge_coedges, "edge co-edges", i);
+    check_conic(store, e.conic, i);
     check_index(e.vertex[0], store.vertices, "edge vertex", i);
     check_index(e.vertex[1], store.vertices, "edge vertex", i);
     if (!std::isfinite(e.tolerance) || !std::isfinite(e.band) || e.band < 0.0) fail("edge band", i);
@@ -93,6 +99,12 @@ void check_edges(const NurbsStore& store) {
       check_index(store.edge_coedges[k], store.coedges, "edge co-edge", i);
       if (store.coedges[store.edge_coedges[k]].edge != static_cast<std::int32_t>(i)) fail("edge co-edge", i);
     }
+  }
+  for (std::size_t i = 0; i < store.conics.size(); ++i) {
+    const Conic& c = store.conics[i];
+    if (c.kind > ConicKind::kHyperbola) fail("conic kind", i);
+    if (!finite(c.location) || !finite(c.x_axis) || !finite(c.y_axis)) fail("conic", i);
+    if (!std::isfinite(c.r1) || !std::isfinite(c.r2)) fail("conic", i);
   }
   for (std::size_t i = 0; i < store.vertices.size(); ++i)
     if (!finite(store.vertices[i].point) || !std::isfinite(store.vertices[i].tolerance)) fail("vertex", i);
@@ -147,6 +159,7 @@ void check_faces(const NurbsStore& store) {
     if (store.loops[c.loop].face != c.face) fail("co-edge face", i);
     check_range(c.pieces, store.trim_pieces, "co-edge pieces", i);
     if (c.pieces.size() == 0) fail("co-edge without pieces", i);
+    check_conic(store, c.conic, i);
   }
 }
 

@@ -49,12 +49,25 @@ const char* kind_name(SurfaceKind kind);  // "plane", "cylinder", ... "mesh"
 //   kHyperbolic  the same with tanh                               hyperbolas
 enum class ParamMap : std::uint8_t { kIdentity, kCircular, kHyperbolic };
 
-// One surface per face. Analytic frame and radii are set for kPlane ... kTorus only; the NURBS form is
-// set for every kind but kMesh and kNone. For kOffset the NURBS form is the basis surface's, and the true
-// point is S(u,v) + offset * Su x Sv / |Su x Sv|: it has no exact NURBS form and is evaluated from this
-// definition.
+// A conic of the file by its own formula (core/brep/topology.h), beside its exact rational pieces: only the
+// formula tells which point of a piece belongs to a parameter. x_axis and y_axis are unit and normal to each
+// other. For a conic in uv_face all z are 0.
+enum class ConicKind : std::uint8_t { kCircle, kEllipse, kParabola, kHyperbola };
+struct Conic {
+  ConicKind kind = ConicKind::kCircle;
+  dvec3 location{0.0}, x_axis{0.0}, y_axis{0.0};
+  double r1 = 0.0, r2 = 0.0;
+};
+
+// One surface per face. Analytic frame and radii are set for kPlane ... kTorus, the direction (z_axis) for
+// kExtrusion, the axis (location, z_axis) for kRevolution, if the shape is in its place by a rigid motion;
+// the NURBS form is set for every kind but kMesh and kNone. For kOffset the NURBS form and the frame are the
+// basis surface's, and the true point is S(u,v) + offset * Su x Sv / |Su x Sv|: it has no exact NURBS form
+// and is evaluated from this definition.
 struct Surface {
   SurfaceKind kind = SurfaceKind::kNone;
+  SurfaceKind basis = SurfaceKind::kNone;  // what the NURBS form is of: kind, but for kOffset
+  std::int32_t conic = -1;                 // NurbsStore::conics: the curve that a sweep moves, -1: no conic
   bool rational = false;
   bool periodic_u = false, periodic_v = false;  // of the file's surface, in uv_face
   ParamMap map_u = ParamMap::kIdentity, map_v = ParamMap::kIdentity;
@@ -86,8 +99,9 @@ struct CurvePiece {
 struct Edge {
   Range pieces;  // NurbsStore::edge_pieces; empty for a degenerate edge
   std::int32_t vertex[2] = {-1, -1};
-  Range coedges;           // NurbsStore::edge_coedges
-  double tolerance = 0.0;  // as the file says
+  Range coedges;            // NurbsStore::edge_coedges
+  std::int32_t conic = -1;  // NurbsStore::conics, at the parameters of the pieces; -1: no conic
+  double tolerance = 0.0;   // as the file says
   double band = 0.0;
   bool degenerate = false;  // a pole or apex: its path is one point
   bool smooth = false;      // faces meet tangentially
@@ -103,9 +117,10 @@ struct Vertex {
 // straight links end -> next start they form a closed curve in uv_face, seam jumps excepted.
 struct CoEdge {
   std::int32_t edge = -1, loop = -1, face = -1;
-  bool reversed = false;  // runs against the edge's path
-  bool seam = false;      // the same face uses this edge twice
-  Range pieces;           // NurbsStore::trim_pieces
+  bool reversed = false;    // runs against the edge's path
+  bool seam = false;        // the same face uses this edge twice
+  Range pieces;             // NurbsStore::trim_pieces
+  std::int32_t conic = -1;  // NurbsStore::conics, at the parameters of the pieces; -1: no conic
 };
 
 struct Loop {
@@ -150,6 +165,8 @@ struct Shell {
   // Every edge is used exactly twice by the shell, in opposite directions, degenerate edges excepted; of a
   // shell of mesh faces, every side of its triangles.
   bool closed = false;
+  bool lone = false;        // a face that the file puts into no shell
+  std::int32_t solid = -1;  // number of its solid within the prototype, -1: of none
 };
 
 struct Prototype {
@@ -169,6 +186,7 @@ struct NurbsStore {
   std::vector<Surface> surfaces;
   std::vector<double> knots;
   std::vector<dvec4> ctrl_h;  // (w x, w y, w z, w)
+  std::vector<Conic> conics;
   std::vector<Face> faces;
   std::vector<Loop> loops;
   std::vector<CoEdge> coedges;

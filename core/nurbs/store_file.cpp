@@ -17,7 +17,7 @@ namespace {
 
 constexpr char kMagic[8] = {'T', 'R', 'M', 'S', 'T', 'O', 'R', 'E'};
 constexpr std::uint32_t kByteOrder = 0x01020304;
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kHeader = 32;
 
 // Four lanes of multiply and rotate over 32-byte blocks; the length is mixed in. Not cryptographic.
@@ -140,7 +140,8 @@ void color(auto& file, auto& c) {
 }
 
 void surface(auto& file, auto& f) {
-  file.choice(f.kind, SurfaceKind::kNone);
+  file.choice(f.kind, SurfaceKind::kNone), file.choice(f.basis, SurfaceKind::kNone);
+  file.plain(f.conic);
   file.flag(f.rational), file.flag(f.periodic_u), file.flag(f.periodic_v);
   file.choice(f.map_u, ParamMap::kHyperbolic), file.choice(f.map_v, ParamMap::kHyperbolic);
   file.plain(f.degree_u), file.plain(f.degree_v), file.plain(f.count_u), file.plain(f.count_v);
@@ -149,6 +150,12 @@ void surface(auto& file, auto& f) {
   box(file, f.domain);
   vec(file, f.location), vec(file, f.x_axis), vec(file, f.y_axis), vec(file, f.z_axis);
   file.plain(f.r1), file.plain(f.r2), file.plain(f.semi_angle);
+}
+
+void conic(auto& file, auto& c) {
+  file.choice(c.kind, ConicKind::kHyperbola);
+  vec(file, c.location), vec(file, c.x_axis), vec(file, c.y_axis);
+  file.plain(c.r1), file.plain(c.r2);
 }
 
 void face(auto& file, auto& f) {
@@ -164,20 +171,22 @@ void coedge(auto& file, auto& c) {
   file.plain(c.edge), file.plain(c.loop), file.plain(c.face);
   file.flag(c.reversed), file.flag(c.seam);
   range(file, c.pieces);
+  file.plain(c.conic);
 }
 
 void edge(auto& file, auto& e) {
   range(file, e.pieces);
   file.plain(e.vertex[0]), file.plain(e.vertex[1]);
   range(file, e.coedges);
-  file.plain(e.tolerance), file.plain(e.band);
+  file.plain(e.conic), file.plain(e.tolerance), file.plain(e.band);
   file.flag(e.degenerate), file.flag(e.smooth);
 }
 
 void shell(auto& file, auto& s) {
   file.plain(s.prototype);
   range(file, s.faces);
-  file.flag(s.closed);
+  file.flag(s.closed), file.flag(s.lone);
+  file.plain(s.solid);
 }
 
 void prototype(auto& file, auto& p) {
@@ -201,6 +210,7 @@ void arrays(auto& file, auto& store) {
   file.records(store.surfaces, 200, [](auto& f, auto& x) { surface(f, x); });
   file.block(store.knots);
   file.block(store.ctrl_h);
+  file.records(store.conics, 89, [](auto& f, auto& x) { conic(f, x); });
   file.records(store.faces, 83, [](auto& f, auto& x) { face(f, x); });
   file.block(store.loops);
   file.records(store.coedges, 20, [](auto& f, auto& x) { coedge(f, x); });
@@ -237,10 +247,11 @@ std::vector<std::byte> save_store(const NurbsStore& store) {
   Writer file;
   file.out.reserve(
       kHeader + store.surfaces.size() * 300 + (store.knots.size() + 4 * store.ctrl_h.size()) * 8 +
-      store.faces.size() * 80 + store.coedges.size() * 24 + store.edges.size() * 48 +
-      store.trim_pieces.size() * 24 + store.trim_ctrl_h.size() * 24 + store.edge_pieces.size() * 24 +
-      store.edge_ctrl_h.size() * 32 + store.vertices.size() * 32 + store.mesh_vertices.size() * 24 +
-      store.mesh_triangles.size() * 12 + store.instances.size() * 128 + store.meta.size() + 4096);
+      store.faces.size() * 80 + store.coedges.size() * 28 + store.edges.size() * 52 +
+      store.conics.size() * 89 + store.trim_pieces.size() * 24 + store.trim_ctrl_h.size() * 24 +
+      store.edge_pieces.size() * 24 + store.edge_ctrl_h.size() * 32 + store.vertices.size() * 32 +
+      store.mesh_vertices.size() * 24 + store.mesh_triangles.size() * 12 + store.instances.size() * 128 +
+      store.meta.size() + 4096);
   file.out.resize(kHeader);
   arrays(file, store);
   std::vector<std::byte>& bytes = file.out;

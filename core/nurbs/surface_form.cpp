@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/nurbs/curve_form.h"
+
 namespace trimray::nurbs {
 namespace {
 
@@ -186,6 +188,8 @@ std::int32_t append_surface(NurbsStore& store, const SurfaceForm& form) {
   f.knots_u = append(store.knots, form.knots_u);
   f.knots_v = append(store.knots, form.knots_v);
   f.ctrl = append(store.ctrl_h, form.ctrl_h);
+  f.conic = append_conic(store, form.conic);
+  if (f.basis == SurfaceKind::kNone) f.basis = f.kind;
   store.surfaces.push_back(f);
   return static_cast<std::int32_t>(store.surfaces.size()) - 1;
 }

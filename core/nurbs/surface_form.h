@@ -1,6 +1,7 @@
 // A surface outside a store: while it is built, or for one that is made by a program.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct SurfaceForm {
   Surface surface;
   std::vector<double> knots_u, knots_v;  // flat, clamped
   std::vector<dvec4> ctrl_h;             // [iu * count_v + iv]
+  std::optional<Conic> conic;            // the curve that a sweep moves, where it is one
 };
 
 // A surface wherever its arrays lie.

@@ -145,6 +145,17 @@ void set_periods(SurfaceSource& s, const brep::Model& model) {
   }
 }
 
+// The direction or axis of a sweep; a map that is not rigid leaves none.
+void place_sweep(SurfaceSource& s, const Transform& t, bool rigid) {
+  Surface& f = s.form.surface;
+  if (s.basis_kind != SurfaceKind::kExtrusion && s.basis_kind != SurfaceKind::kRevolution) return;
+  s.form.conic = rigid ? placed(s.form.conic, t) : std::nullopt;
+  f.location = rigid ? t.point(f.location) : dvec3(0.0);
+  f.z_axis = rigid ? t.vector(f.z_axis) : dvec3(0.0);
+  // A mirror turns the other way round the axis.
+  if (s.basis_kind == SurfaceKind::kRevolution && glm::determinant(t.linear) < 0.0) f.z_axis = -f.z_axis;
+}
+
 // Puts a closed form in place by its frame where the map is rigid (or uniform, for the kinds whose parameters
 // are all angles); everything else moves its control points and is a B-spline from then on.
 void place(SurfaceSource& s, const Transform& t) {
@@ -173,6 +184,8 @@ void place(SurfaceSource& s, const Transform& t) {
   }
   s.transformed = true, s.placement = t;
   if (has_closed_form(f.kind)) f.kind = SurfaceKind::kBspline;
+  if (has_closed_form(f.basis)) f.basis = SurfaceKind::kBspline;
+  place_sweep(s, t, rigid);
 }
 
 bool identity(const Transform& t) { return t.linear == dmat3(1.0) && t.translation == dvec3(0.0); }
@@ -323,6 +336,13 @@ SurfaceSource read_surface(const brep::Model& model, std::int32_t index, const T
     if (!sound_frame(f) || !radii) s.status = FaceStatus::kBadSurface;
   } else if (f.kind == SurfaceKind::kNone || !sound_definition(model, *b)) {
     s.status = FaceStatus::kBadSurface;
+  }
+  f.basis = f.kind;
+  if (s.status == FaceStatus::kOk &&
+      (f.kind == SurfaceKind::kExtrusion || f.kind == SurfaceKind::kRevolution)) {
+    f.location = f.kind == SurfaceKind::kRevolution ? b->location : dvec3(0.0);
+    f.z_axis = glm::normalize(b->z_axis);
+    s.form.conic = conic_of<3>(model.curves3, b->basis_curve);
   }
   if (!(std::abs(offset) < kMaxCoordinate)) s.status = FaceStatus::kBadSurface;
   if (s.status != FaceStatus::kOk) return s;
