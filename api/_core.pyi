@@ -124,7 +124,7 @@ class Store:
     def prototype_shells(self) -> NDArray[numpy.int32]:
         """(n, 2) int32: closed and open shells."""
 
-    def arrays(self) -> dict:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """
         Every array of the store by its name in core/nurbs/store.h, read-only, sharing the store's memory: knots (n,), ctrl_h (n, 4), trim_ctrl_h (n, 3), edge_ctrl_h (n, 4), mesh_vertices (n, 3) float64; edge_coedges (n,), mesh_triangles (n, 3) int32; surfaces, conics, faces, loops, coedges, trim_pieces, edges, edge_pieces, vertices, shells, prototypes, instances: structured, (n,). A range is (2,) int32, an enum uint8, a box (2, d) and a vector (3,) float64, a colour (4,) float32; placement (4, 3): the columns.
         """

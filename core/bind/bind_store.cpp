@@ -256,6 +256,7 @@ void bind_store(nb::module_& m) {
       .def("prototype_shells", &prototype_shells, "(n, 2) int32: closed and open shells.")
       .def(
           "arrays", [](nb::handle self) { return store_arrays(self); },
+          nb::sig("def arrays(self) -> dict[str, NDArray[Any]]"),
           "Every array of the store by its name in core/nurbs/store.h, read-only, sharing the store's "
           "memory: "
           "knots (n,), ctrl_h (n, 4), trim_ctrl_h (n, 3), edge_ctrl_h (n, 4), mesh_vertices (n, 3) float64; "
