@@ -11,6 +11,7 @@ import os
 import resource
 import signal
 import traceback
+from collections.abc import Callable
 from typing import Any, BinaryIO
 
 from . import errors, wire
@@ -24,8 +25,16 @@ _PR_SET_PDEATHSIG = 1
 
 
 def main(argument: str) -> None:
-    """argument: JSON of process.Request, with the number of the pipe and of the parent process; of a forked
-    child also with the bytes of data that it inherited, which are none of the file's."""
+    """Reads a file. argument: as in ``serve``."""
+    serve(argument, _read)
+
+
+def serve(argument: str, work: Callable[[dict[str, Any], BinaryIO], None]) -> None:
+    """Does the work within the limits asked for, says on the pipe what went wrong, and ends the process.
+
+    argument: JSON of process.Request, with the number of the pipe and of the parent process; of a forked
+    child also with the bytes of data that it inherited, which are none of the file's.
+    """
     request: dict[str, Any] = json.loads(argument)
     _die_with(request["parent"])
     _mute()
@@ -35,7 +44,7 @@ def main(argument: str) -> None:
                 limit = request["memory_limit"] + request.get("inherited", 0)
                 resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.RLIM_INFINITY))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-            _read(request, pipe)
+            work(request, pipe)
         except errors.Error as error:
             message: dict[str, Any] = {
                 "error": type(error).__name__,

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from . import errors, wire
 from .forked import Forked, fork_child
@@ -43,6 +43,8 @@ importlib.import_module(sys.argv[3]).main(sys.argv[4])
 class Request:
     """What the child is asked to read. folder: a scratch folder that the caller removes."""
 
+    verb: ClassVar[str] = "read"  # what messages say is not done
+
     path: str
     name: str
     folder: str
@@ -66,6 +68,31 @@ def run_child(
     module: the child's code, ``module.main(argument)``; tests put a misbehaving one in its place.
     start: "fork" spares the child a second of imports where this process has made them (forked.py).
     """
+    header, blobs = _ask(request, time_limit, progress, module, start)
+    try:
+        return wire.model_of(header["model"], blobs)
+    except (ValueError, KeyError, TypeError) as error:
+        raise errors.InputError(f"{request.name}: the reading process answered nonsense: {error}") from None
+
+
+def ask_child(
+    request: Request,
+    *,
+    module: str,
+    time_limit: float | None,
+    progress: Progress | None = None,
+    start: Start = "spawn",
+) -> dict[str, Any]:
+    """As run_child, for a child whose answer is not a model: what it sent as {"answer": {...}}."""
+    header, _ = _ask(request, time_limit, progress, module, start)
+    answer: dict[str, Any] = header["answer"]
+    return answer
+
+
+def _ask(
+    request: Request, time_limit: float | None, progress: Progress | None, module: str, start: Start
+) -> tuple[dict[str, Any], list[bytes]]:
+    """The last message of a child, and its raw blocks."""
     receive, send = os.pipe()
     argument = json.dumps({**asdict(request), "pipe": send, "parent": os.getpid()})
     try:
@@ -106,8 +133,8 @@ class _Watch:
         self.peak_memory = 0
         self.stage = "start"
 
-    def wait(self, progress: Progress | None) -> BrepModel | MeshModel:
-        """Until the model is there, or the reason why not."""
+    def wait(self, progress: Progress | None) -> tuple[dict[str, Any], list[bytes]]:
+        """Until the answer is there, or the reason why not."""
         inbox = wire.Inbox()
         while True:
             if select.select([self.pipe], [], [], self._patience())[0]:
@@ -122,7 +149,7 @@ class _Watch:
                     elif "error" in message:
                         raise self._error(message)
                     else:
-                        return self._model(message["model"], blobs)
+                        return message, blobs
             self._check_limits()
 
     def _patience(self) -> float | None:
@@ -135,7 +162,7 @@ class _Watch:
     def _check_limits(self) -> None:
         if self.time_limit is not None and time.monotonic() - self.start >= self.time_limit:
             raise errors.TimeLimitError(
-                f"{self.request.name}: not read within {self.time_limit:g} s "
+                f"{self.request.name}: not {self.request.verb} within {self.time_limit:g} s "
                 f"(stopped in stage '{self.stage}')"
             )
         limit = self.request.memory_limit
@@ -152,7 +179,9 @@ class _Watch:
     def _memory_error(self) -> errors.MemoryLimitError:
         limit = self.request.memory_limit
         bound = f"within {limit / 2**20:.0f} MiB" if limit is not None else "in this machine's memory"
-        return errors.MemoryLimitError(f"{self.request.name}: cannot be read {bound} (stage '{self.stage}')")
+        return errors.MemoryLimitError(
+            f"{self.request.name}: cannot be {self.request.verb} {bound} (stage '{self.stage}')"
+        )
 
     def _error(self, message: dict[str, Any]) -> errors.Error:
         kind = getattr(errors, message["error"], errors.InputError)
@@ -194,11 +223,3 @@ class _Watch:
             record = None
         where = f"#{record.id} ({record.kind})" if record else "a record"
         return f"{where} holds a coordinate that is not a number"
-
-    def _model(self, header: dict[str, Any], blobs: list[bytes]) -> BrepModel | MeshModel:
-        try:
-            return wire.model_of(header, blobs)
-        except (ValueError, KeyError, TypeError) as error:
-            raise errors.InputError(
-                f"{self.request.name}: the reading process answered nonsense: {error}"
-            ) from None

@@ -68,7 +68,7 @@ def read_step(
         audit.load()
         outside = sum(len(t.faces) + len(t.loose_surfaces) for t in externals)
         audit.transfer(max(0, arrived - outside))
-        unit, unit_mm = _file_unit(reader, report)
+        unit, unit_mm = file_unit(reader, report)
     return scene, unit, unit_mm, text.header()
 
 
@@ -97,7 +97,7 @@ def _external_texts(folder: Path, text: StepText, report: Report) -> list[StepTe
     return list(found.values())
 
 
-def _file_unit(reader: STEPCAFControl_Reader, report: Report) -> tuple[str, float]:
+def file_unit(reader: STEPCAFControl_Reader, report: Report) -> tuple[str, float]:
     lengths, angles, solid_angles = (TColStd_SequenceOfAsciiString() for _ in range(3))
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
     names = list(dict.fromkeys(length.ToCString() for length in lengths))

@@ -47,7 +47,7 @@ def read_model(
     if not isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) and shapes.is_shape(source):
         return shapes.from_shape(source, name=name)
     with tempfile.TemporaryDirectory(prefix="trimray-") as folder:
-        path, shown = _input_file(source, name, Path(folder))
+        path, shown = input_file(source, name, Path(folder))
         request = Request(str(path), shown, folder, heal, precision, memory_limit)
         return run_child(request, time_limit=time_limit, progress=progress, start=start)
 
@@ -66,7 +66,7 @@ def _check_arguments(
             raise errors.UsageError(f"{argument}: {value} is not a positive number")
 
 
-def _input_file(source: Any, name: str | None, folder: Path) -> tuple[Path, str]:
+def input_file(source: Any, name: str | None, folder: Path) -> tuple[Path, str]:
     """A readable, non-empty file and the name to show for it."""
     if isinstance(source, str | os.PathLike):
         shown = os.fsdecode(source) if name is None else name
