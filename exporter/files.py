@@ -1,0 +1,64 @@
+"""Writes a document as a STEP, IGES or BREP file, in the process that calls it (the child)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from OCP.BRepTools import BRepTools
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.IGESCAFControl import IGESCAFControl_Writer
+from OCP.Interface import Interface_Static
+from OCP.STEPCAFControl import STEPCAFControl_Writer
+
+from ..importer.errors import OutputError
+from .from_store import Rebuilt
+
+SCHEMAS = {"ap203": "AP203", "ap214": "AP214IS", "ap242": "AP242DIS"}
+# Our names of units (importer/units.py) in OpenCascade's words; for all others the file is in mm.
+_UNITS = {
+    "mm": "MM", "cm": "CM", "m": "M", "km": "KM", "um": "UM", "inch": "INCH", "ft": "FT", "mi": "MI",
+    "mil": "MIL", "uin": "UIN",
+}  # fmt: skip
+
+
+def write_file(model: Rebuilt, path: str, via: str, schema: str) -> None:
+    """Raises OutputError."""
+    if via == "brep":
+        done = BRepTools.Write_s(model.world, path)
+    elif via == "iges":
+        done = _write_iges(model, path)
+    else:
+        done = _write_step(model, path, schema)
+    if not done:
+        raise OutputError(f"{path}: OpenCascade cannot write this model as {via.upper()}")
+
+
+def _write_step(model: Rebuilt, path: str, schema: str) -> bool:
+    _set("write.step.schema", SCHEMAS[schema])
+    _set("write.step.unit", _UNITS.get(model.unit, "MM"))
+    _set("write.surfacecurve.mode", 1)
+    _set("write.stepcaf.subshapes.name", 1)
+    writer = STEPCAFControl_Writer()
+    for switch in ("Color", "Name", "Layer", "Props", "Material", "SHUO", "DimTol"):
+        getattr(writer, f"Set{switch}Mode")(True)
+    if not writer.Transfer(model.document):
+        return False
+    return bool(writer.Write(path) == IFSelect_ReturnStatus.IFSelect_RetDone)
+
+
+def _write_iges(model: Rebuilt, path: str) -> bool:
+    _set("write.iges.unit", _UNITS.get(model.unit, "MM"))
+    _set("write.iges.brep.mode", 1)
+    writer = IGESCAFControl_Writer()
+    for switch in ("Color", "Name", "Layer"):
+        getattr(writer, f"Set{switch}Mode")(True)
+    if not writer.Transfer(model.document):
+        return False
+    writer.ComputeModel()
+    return bool(writer.Write(path))
+
+
+def _set(name: str, value: Any) -> None:
+    set_value = Interface_Static.SetIVal_s if isinstance(value, int) else Interface_Static.SetCVal_s
+    if not set_value(name, value):
+        raise OutputError(f"OpenCascade does not take {value} for {name}")

@@ -1,0 +1,166 @@
+"""From the store's surfaces to OpenCascade's, each in its own kind and over the same (u, v)."""
+
+import math
+from typing import Any
+
+import numpy as np
+from OCP.Geom import (
+    Geom_BezierSurface,
+    Geom_BSplineCurve,
+    Geom_BSplineSurface,
+    Geom_ConicalSurface,
+    Geom_Curve,
+    Geom_CylindricalSurface,
+    Geom_OffsetSurface,
+    Geom_Plane,
+    Geom_SphericalSurface,
+    Geom_Surface,
+    Geom_SurfaceOfLinearExtrusion,
+    Geom_SurfaceOfRevolution,
+    Geom_ToroidalSurface,
+)
+from OCP.gp import gp_Ax1, gp_Ax3, gp_Pnt
+from OCP.TColgp import TColgp_Array2OfPnt
+from OCP.TColStd import TColStd_Array2OfReal
+
+from .curves import direction, integers, point, reals, space_curve
+from .splines import Floats, Spline, distinct, over_unit
+
+# store.h, SurfaceKind
+kPlane, kCylinder, kCone, kSphere, kTorus = range(5)
+kExtrusion, kRevolution, kBezier, kBspline, kOffset, kMesh, kNone = range(5, 12)
+_FULL = 1e-9  # of a period
+
+
+class SurfaceError(ValueError):
+    """A surface that has no like in OpenCascade."""
+
+
+def surface_of(arrays: dict[str, Any], index: int) -> Geom_Surface:
+    """The surface of a face, in the coordinates of its prototype. Raises SurfaceError."""
+    f = arrays["surfaces"][index]
+    basis = _basis(arrays, f)
+    if int(f["kind"]) != kOffset:
+        return basis
+    return Geom_OffsetSurface(basis, float(f["offset"]), True)
+
+
+def _basis(arrays: dict[str, Any], f: Any) -> Geom_Surface:
+    kind = int(f["basis"])
+    if kind <= kTorus:
+        return _elementary(kind, f)
+    if kind in (kExtrusion, kRevolution):
+        return _sweep(arrays, f, kind == kExtrusion)
+    if int(f["map_u"]) or int(f["map_v"]):
+        raise SurfaceError("a closed form that was stretched: its parameter is no longer an angle")
+    spline = _grid(arrays, f)
+    if kind == kBezier:
+        return _bezier(f, *spline)
+    if kind == kBspline:
+        return _bspline(f, *spline)
+    raise SurfaceError("no surface")
+
+
+def _elementary(kind: int, f: Any) -> Geom_Surface:
+    frame = gp_Ax3(point(f["location"]), direction(f["z_axis"]), direction(f["x_axis"]))
+    y = frame.YDirection()
+    if float(np.dot(f["y_axis"], (y.X(), y.Y(), y.Z()))) < 0.0:
+        frame.YReverse()
+    r1, r2 = float(f["r1"]), float(f["r2"])
+    if kind == kPlane:
+        return Geom_Plane(frame)
+    if kind == kCylinder:
+        return Geom_CylindricalSurface(frame, r1)
+    if kind == kCone:
+        return Geom_ConicalSurface(frame, float(f["semi_angle"]), r1)
+    return Geom_SphericalSurface(frame, r1) if kind == kSphere else Geom_ToroidalSurface(frame, r1, r2)
+
+
+def _grid(arrays: dict[str, Any], f: Any) -> tuple[Floats, Floats, Floats]:
+    """Flat knots in u and v, control points (count_u, count_v, 4)."""
+    knots, (ub, ue), (vb, ve), (cb, ce) = arrays["knots"], f["knots_u"], f["knots_v"], f["ctrl"]
+    ctrl = arrays["ctrl_h"][cb:ce].reshape(int(f["count_u"]), int(f["count_v"]), 4)
+    return knots[ub:ue], knots[vb:ve], ctrl
+
+
+def _poles(ctrl: Floats) -> tuple[TColgp_Array2OfPnt, TColStd_Array2OfReal | None]:
+    weights = ctrl[:, :, 3]
+    poles = TColgp_Array2OfPnt(1, ctrl.shape[0], 1, ctrl.shape[1])
+    for i, row in enumerate((ctrl[:, :, :3] / weights[:, :, None]).tolist(), start=1):
+        for j, (x, y, z) in enumerate(row, start=1):
+            poles.SetValue(i, j, gp_Pnt(x, y, z))
+    if np.ptp(weights) == 0.0:
+        return poles, None
+    array = TColStd_Array2OfReal(1, ctrl.shape[0], 1, ctrl.shape[1])
+    for i, values in enumerate(weights.tolist(), start=1):
+        for j, weight in enumerate(values, start=1):
+            array.SetValue(i, j, weight)
+    return poles, array
+
+
+def _bezier(f: Any, knots_u: Floats, knots_v: Floats, ctrl: Floats) -> Geom_Surface:
+    """Bezier surfaces live over the unit square; the store holds the part that the face needs."""
+    ctrl = over_unit(ctrl, float(knots_u[0]), float(knots_u[-1]))
+    ctrl = over_unit(ctrl.swapaxes(0, 1), float(knots_v[0]), float(knots_v[-1])).swapaxes(0, 1)
+    poles, weights = _poles(ctrl)
+    return Geom_BezierSurface(poles) if weights is None else Geom_BezierSurface(poles, weights)
+
+
+def _bspline(f: Any, knots_u: Floats, knots_v: Floats, ctrl: Floats) -> Geom_BSplineSurface:
+    (values_u, counts_u), (values_v, counts_v) = distinct(knots_u), distinct(knots_v)
+    arguments = (reals(values_u), reals(values_v), integers(counts_u), integers(counts_v),
+                 int(f["degree_u"]), int(f["degree_v"]))  # fmt: skip
+    poles, weights = _poles(ctrl)
+    if weights is None:
+        surface = Geom_BSplineSurface(poles, *arguments)
+    else:
+        surface = Geom_BSplineSurface(poles, weights, *arguments)
+    # A whole period closes up, and goes on beyond its ends.
+    if f["periodic_u"] and abs(values_u[-1] - values_u[0] - f["period_u"]) <= _FULL * f["period_u"]:
+        surface.SetUPeriodic()
+    if f["periodic_v"] and abs(values_v[-1] - values_v[0] - f["period_v"]) <= _FULL * f["period_v"]:
+        surface.SetVPeriodic()
+    return surface
+
+
+def _sweep(arrays: dict[str, Any], f: Any, extrusion: bool) -> Geom_Surface:
+    axis = f["z_axis"]
+    if not float(np.dot(axis, axis)) > 0.5:
+        raise SurfaceError("a sweep that was stretched: its parameter is no longer a length or an angle")
+    conic = arrays["conics"][int(f["conic"])] if int(f["conic"]) >= 0 else None
+    profile = _profile(arrays, f, extrusion, conic)
+    if extrusion:
+        return Geom_SurfaceOfLinearExtrusion(profile, direction(axis))
+    return Geom_SurfaceOfRevolution(profile, gp_Ax1(point(f["location"]), direction(axis)))
+
+
+def _profile(arrays: dict[str, Any], f: Any, extrusion: bool, conic: Any | None) -> Geom_Curve:
+    """The curve that is swept, where it stands at v = 0 (extrusion) or u = 0 (revolution)."""
+    knots_u, knots_v, ctrl = _grid(arrays, f)
+    axis = f["z_axis"]
+    if extrusion:
+        start = float(knots_v[0])
+        points = ctrl[:, 0].copy()
+        points[:, :3] -= points[:, 3:] * (start * axis)
+        spline = Spline(int(f["degree_u"]), knots_u, points)
+        period = float(f["period_u"])
+    else:
+        points = _turned(ctrl[0], f["location"], axis, -float(knots_u[0]))
+        spline = Spline(int(f["degree_v"]), knots_v, points)
+        period = float(f["period_v"])
+    curve = space_curve(spline, conic)
+    whole = period > 0.0 and abs(spline.last - spline.first - period) <= _FULL * period
+    if whole and isinstance(curve, Geom_BSplineCurve):
+        curve.SetPeriodic()
+    return curve
+
+
+def _turned(points: Floats, location: Floats, axis: Floats, angle: float) -> Floats:
+    """Homogeneous points (n, 4) turned about an axis."""
+    if angle == 0.0:
+        return points
+    arm = points[:, :3] - points[:, 3:] * location
+    along = np.outer(arm @ axis, axis)
+    across = arm - along
+    turned = math.cos(angle) * across + math.sin(angle) * np.cross(axis, across)
+    return np.concatenate([turned + along + points[:, 3:] * location, points[:, 3:]], axis=1)

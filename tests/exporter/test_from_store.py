@@ -1,0 +1,35 @@
+"""The B-rep that is made from a store alone is the one that the store was made from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from trimray.exporter.from_store import build_parts
+
+from .measure import counts, deviation, is_valid, sources_of, store_of, volume_and_area
+
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+FILES = sorted(
+    path.relative_to(SAMPLES).as_posix()
+    for pattern in ("*.step", "*.igs", "*.brep", "torture/*.step")
+    for path in SAMPLES.glob(pattern)
+)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_sample_comes_back_from_its_store(read_here, name):
+    model = read_here(SAMPLES / name)
+    arrays = store_of(model).arrays()
+    parts, sources = build_parts(arrays), sources_of(model)
+    assert [issue for part in parts for issue in part.issues] == []
+    for part, source in zip(parts, sources, strict=True):
+        assert deviation(arrays, part, source, points=12) <= 1e-12
+        assert counts(part.shape) == counts(source)
+        assert is_valid(part.shape) or not is_valid(source)
+        (volume, area), (volume0, area0) = volume_and_area(part.shape), volume_and_area(source)
+        # OpenCascade integrates closed splines more or less finely, as they say they are periodic or not.
+        tolerance = 1e-4 if name.endswith("nurbs_solids.step") else 1e-11
+        assert area == pytest.approx(area0, rel=tolerance)
+        assert volume == pytest.approx(volume0, rel=tolerance, abs=tolerance * area0**1.5)
