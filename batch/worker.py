@@ -61,7 +61,8 @@ def main(descriptor: int, parent: int, folder: str) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     if os.getppid() != parent:
         os._exit(BROKEN)
-    for number in (signal.SIGINT, signal.SIGTERM):  # also sent to all processes of a job: the caller decides
+    # These are also sent to all processes of a job: it is the caller who decides.
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _mute()

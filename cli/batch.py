@@ -223,8 +223,8 @@ def _show_plan(
 
 @contextmanager
 def one_interruption() -> Iterator[None]:
-    """SIGTERM, which Slurm sends before the end, and SIGHUP are as Ctrl-C; a second one disturbs nothing. What
-    is ignored already (nohup) stays so."""
+    """SIGTERM, which Slurm sends before the end, and SIGHUP are as Ctrl-C; a second one disturbs nothing.
+    What is ignored already (nohup) stays so."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         for each in before:
