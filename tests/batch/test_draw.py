@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import shutil
 from dataclasses import replace
@@ -15,9 +16,12 @@ import pytest
 import trimray
 from trimray.batch import draw as module
 from trimray.batch.draw import draw_file, hash_file, picture_of
+from trimray.batch.pool import draw_all
 from trimray.batch.record import Item, Outcome, Settings
 from trimray.batch.visible import visible
 from trimray.frame import Frame
+
+from . import measured_draw
 
 SMALL = Settings(size=(64, 64), samples=1, time_limit=60.0)
 SOLID = "solid a\n{}endsolid a\n"
@@ -222,3 +226,14 @@ def test_a_gradient_is_no_part(bracket: Path) -> None:
 def test_hash_of_an_empty_file(tmp_path: Path) -> None:
     (tmp_path / "empty").touch()
     assert hash_file(str(tmp_path / "empty")) == hashlib.sha256(b"").hexdigest()
+
+
+def test_a_worker_does_not_grow(samples_dir: Path, tmp_path: Path) -> None:
+    """60 files in one worker, of three kinds: after 15 it has what it needs."""
+    files = [samples_dir / name for name in ("patch.step", "stand.stl", "bracket.brep")]
+    items = [Item(str(files[n % 3]), str(tmp_path / f"{n % 3}.png")) for n in range(60)]
+    outcomes = list(draw_all(items, SMALL, 1, draw=measured_draw.measured, max_files=None))
+    assert [o.status for o in outcomes] == ["complete"] * 60
+    facts = [json.loads(o.reason) for o in outcomes]
+    for kind in ("rss", "anonymous"):
+        assert facts[-1][kind] < 1.2 * facts[14][kind] + (16 << 20), kind

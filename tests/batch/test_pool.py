@@ -12,13 +12,14 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import misbehaving_draw
 import pytest
 
 import trimray
 from trimray.batch import fork_server, pool
 from trimray.batch.pool import draw_all
 from trimray.batch.record import Item, Outcome, Settings
+
+from . import misbehaving_draw
 
 HERE = Path(__file__).parent
 WITH_LIMIT = Settings(time_limit=3.0)

@@ -26,7 +26,7 @@ import numpy as np
 import trimray
 from trimray import _core
 
-from . import batch, hybrid, levels, mesh
+from . import batch, hybrid, levels, mesh, workers
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = Path(os.environ.get("TRIMRAY_MODELS", ROOT.parent / "shared" / "models"))
@@ -154,6 +154,8 @@ def main() -> int:
     arguments = sys.argv[1:]
     if arguments[:1] == ["hybrid"]:
         return hybrid.main(arguments[1:])
+    if arguments[:1] == ["workers"]:
+        return workers.main(arguments[1:])
     if arguments[:1] == ["batch"]:
         return batch.main(arguments[1:])
     table = arguments[0] if arguments[:1] in (["mesh"], ["levels"]) else ""
