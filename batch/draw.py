@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 _READ_SHARE, _UNREPAIRED_SHARE, _DRAW_SHARE = 0.66, 0.85, 0.7
 # A coarse picture has so many times fewer pixels in each direction, and one sample in each.
 _COARSE = 4
+_COARSE_SECONDS = 1.0  # at least, even where that is over the limit
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,10 @@ def _draw(model: Model, settings: Settings, clock: _Clock, threads: int, name: s
     width, height = settings.size
     small = (-(-width // _COARSE), -(-height // _COARSE))
     try:
-        frame = model.render(small, samples=1, time_limit=clock.until(1.0), **words)
+        left = clock.until(1.0)
+        # Preparing the model may have taken all the time: the little that this takes is granted.
+        limit = None if left is None else max(left, min(_COARSE_SECONDS, settings.time_limit or 0.0))
+        frame = model.render(small, samples=1, time_limit=limit, **words)
     except TimeLimitError as error:
         raise _too_slow(name, settings, "drawn") from error
     planes = {

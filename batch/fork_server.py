@@ -174,7 +174,7 @@ def serve(descriptor: int, folder: str) -> None:
             readable = wait([control, wake])
             if wake in readable:
                 os.read(wake, 4096)
-                _reap(control, workers)
+                _reap(control, workers, folder)
             if control in readable and not _obey(control, workers, (wake, wake_write), folder):
                 break
     finally:
@@ -223,7 +223,7 @@ def _obey(control: socket.socket, workers: set[int], pipe: tuple[int, int], fold
     return True
 
 
-def _reap(control: socket.socket, workers: set[int]) -> None:
+def _reap(control: socket.socket, workers: set[int], folder: str) -> None:
     while workers:
         try:
             pid, status = os.waitpid(-1, os.WNOHANG)
@@ -232,5 +232,6 @@ def _reap(control: socket.socket, workers: set[int]) -> None:
         if not pid:
             return
         workers.discard(pid)
+        shutil.rmtree(os.path.join(folder, str(pid)), ignore_errors=True)
         with contextlib.suppress(OSError):
             control.send(json.dumps({"ended": pid, "code": os.waitstatus_to_exitcode(status)}).encode())

@@ -68,7 +68,8 @@ def main(descriptor: int, parent: int, folder: str) -> None:
     _mute()
     with contextlib.suppress(OSError):  # the system takes a worker before its supervisor
         Path("/proc/self/oom_score_adj").write_text("500")
-    tempfile.tempdir = folder
+    tempfile.tempdir = os.path.join(folder, str(os.getpid()))  # the server removes it
+    os.mkdir(tempfile.tempdir)
     with socket.socket(fileno=descriptor) as connection, connection.makefile("rb") as inbox:
         job: Job = pickle.loads(inbox.read(int.from_bytes(inbox.read(8), "little")))
         connection.sendall(READY)

@@ -42,7 +42,7 @@ def serve(argument: str, work: Callable[[dict[str, Any], BinaryIO], None]) -> No
         try:
             if request["memory_limit"] is not None:
                 limit = request["memory_limit"] + request.get("inherited", 0)
-                resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.RLIM_INFINITY))
+                limit_data(limit)
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             work(request, pipe)
         except errors.Error as error:
@@ -55,9 +55,17 @@ def serve(argument: str, work: Callable[[dict[str, Any], BinaryIO], None]) -> No
                 message["report"] = error.report
             wire.send(pipe, message)
         except BaseException as error:
-            resource.setrlimit(resource.RLIMIT_DATA, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+            limit_data(None)
             wire.send(pipe, _foreign(request["name"], error))
     os._exit(0)  # OpenCascade's static destructors have been seen to hang
+
+
+def limit_data(limit: int | None) -> None:
+    """Of this process: bytes, or None for no more than what the system allows. A hard limit set from outside
+    stays."""
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    bounds = [x for x in (limit, hard) if x is not None and x != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_DATA, (min(bounds, default=resource.RLIM_INFINITY), hard))
 
 
 def preload() -> None:
