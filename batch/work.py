@@ -73,7 +73,8 @@ class Work:
         if row.status != "failed" and (row.target != target or not self._is_there(target)):
             return "draw"
         same = (row.size, row.mtime_ns) == (file.size, file.mtime_ns) and file.mtime_ns
-        return "skip" if resume and same else "hash"
+        # Without a hash it could not be read, which permissions change, and no date tells.
+        return "skip" if resume and same and row.sha256 else "hash"
 
     def _is_there(self, target: str) -> bool:
         try:

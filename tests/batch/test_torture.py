@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -65,3 +69,39 @@ def test_a_second_run_draws_nothing(setup: Setup, rows: dict[bytes, Row]) -> Non
     done = setup.start("whole").wait(PATIENCE)
     assert not judge_end(done)
     assert not differences(unplaced(setup.rows("whole")), unplaced(rows))
+
+
+def test_what_may_not_be_read_or_written_is_named(tmp_path: Path, samples_dir: Path) -> None:
+    """Without the rights of root, from which nothing could be hidden."""
+    bwrap = shutil.which("bwrap")
+    words = [str(bwrap), "--unshare-user", "--uid", "1000", "--gid", "1000", "--cap-drop", "ALL"]
+    words += ["--bind", "/", "/", "--dev-bind", "/dev", "/dev"]
+    if bwrap is None or subprocess.run([*words, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("bubblewrap is not there, or may not make a user namespace")
+    lib, out = tmp_path / "lib", tmp_path / "out"
+    for name in ("a.step", "secret.step", "shut/b.step", "blind/c.step", "barred/d.step"):
+        (lib / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(samples_dir / "torture" / "sphere.step", lib / name)
+    (out / "barred").mkdir(parents=True)
+    for path, mode in (
+        (lib / "secret.step", 0),
+        (lib / "shut", 0),
+        (lib / "blind", 0o444),
+        (out / "barred", 0o555),
+    ):
+        path.chmod(mode)
+
+    def batch(*more: str) -> tuple[int, dict[str, str]]:
+        report = tmp_path / "r.jsonl"
+        batch_words = ["batch", str(lib), "-o", str(out), "-j", "1", "--size", "32", *more]
+        command = [*words, sys.executable, "-m", "trimray.cli", *batch_words, "--report", str(report)]
+        code = subprocess.run(command, capture_output=True, check=False).returncode
+        rows = [json.loads(line) for line in report.read_text().splitlines()]
+        return code, {os.path.relpath(row["input"], lib): row["status"] for row in rows}
+
+    closed = ("secret.step", "shut", "blind/c.step", "barred/d.step")
+    assert batch() == (1, {"a.step": "complete"} | dict.fromkeys(closed, "failed"))
+    for path in (lib / "secret.step", lib / "shut", lib / "blind", out / "barred"):
+        path.chmod(0o755)
+    files = ("a.step", "secret.step", "shut/b.step", "blind/c.step", "barred/d.step")
+    assert batch("--resume") == (0, dict.fromkeys(files, "complete"))

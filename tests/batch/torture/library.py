@@ -38,7 +38,7 @@ def build(root: Path, *, mutants: int, seed: int = 1, small: bool = False) -> li
     entries = [*_good(root, sources), *_cut(root, sources, 6 if small else len(sources))]
     entries += _mutants(root, sources, mutants, words)
     entries += _from_recipes(root, by_name, "crash", crashers.CRASHES[: 4 if small else None])
-    entries += _from_recipes(root, by_name, "hang", crashers.HANGS[: 1 if small else None : 3])
+    entries += _from_recipes(root, by_name, "hang", crashers.HANGS[: 1 if small else None : 5])
     for name, data in junk.not_models().items():
         entries.append(write(root, _entry(f"junk/{name}", "junk", "bad"), data))
     entries += [] if small else _hungry(root, sphere)
@@ -116,5 +116,5 @@ def _from_recipes(
 
 def _hungry(root: Path, sphere: bytes) -> list[Entry]:
     """Small files that want all memory."""
-    files = {**junk.bombs(), **{f"laughs-{n}.step": junk.laughs(sphere, n) for n in (6, 9, 12, 20)}}
+    files = {**junk.bombs(), **{f"laughs-{n}.step": junk.laughs(sphere, n) for n in (6, 20)}}
     return [write(root, _entry(f"hungry/{name}", "hungry", "bad"), data) for name, data in files.items()]
