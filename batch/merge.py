@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from trimray import OutputError, UsageError
 
 from .find import absolute
+from .gallery import check_gallery, write_gallery_of_state
 from .run import NOTHING_FOUND, Summary, exit_code
 from .shard import Shard, shard_of_state
 from .state import State
@@ -24,15 +25,18 @@ class Merged:
     unfinished: list[Shard]
 
 
-def merge(output: str) -> Merged:
+def merge(output: str, *, gallery: bool = False) -> Merged:
     """Takes the last run of every state `trimray-batch.K-of-N.sqlite` in the folder output as one run of
     `trimray-batch.sqlite`, which is made where it is missing; the states of the shards stay.
 
-    The exit code is that of the whole, at least 1 where a shard is missing or did not finish. Raises
-    UsageError where there are no shards, or of several divisions; OutputError where a state cannot be used.
+    gallery: write index.html, a page of all pictures in output. The exit code is that of the whole, at least
+    1 where a shard is missing or did not finish. Raises UsageError where there are no shards, or of several
+    divisions; OutputError where a state cannot be used, or the page not be written.
     """
     start = time.perf_counter()
     folder = absolute(output)
+    if gallery:
+        check_gallery(folder)
     shards = _shards(folder)
     n = shards[0].n
     unfinished: list[Shard] = []
@@ -53,6 +57,8 @@ def merge(output: str) -> Merged:
                     whole.adopt(run, row)
         whole.forget_gone(run)
         whole.finish(run)
+        if gallery:
+            write_gallery_of_state(folder, whole)
         statuses: Counter[str] = Counter()
         codes: set[int] = set()
         for (status, code), number in whole.counts(run).items():

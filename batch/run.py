@@ -69,6 +69,7 @@ def run(
     shard: Shard | None = None,
     resume: bool = False,
     retry_failed: bool = False,
+    gallery: bool = False,
     listener: Listener | None = None,
     draw: Draw | None = None,
 ) -> Summary:
@@ -77,10 +78,11 @@ def run(
     What was drawn before under the same settings by the same version is left as it is, where the file's bytes
     are the same; failures are not tried again, unless retry_failed is set, which also redoes what is
     degraded. With resume, size and date of a file stand for its bytes; with no paths at all, those of the
-    last run are taken, its settings, include and template too where they are not given.
+    last run are taken, its settings, include, template and gallery too where they are not given.
 
     include, template: as in find and Template. workers: processes; 0 for one a core. shard: only that share
-    of the files. draw: by default a pool of processes on this machine.
+    of the files. gallery: write index.html, a page of all pictures in output. draw: by default a pool of
+    processes on this machine.
 
     Summary.exit_code is what all files have in common, 0 when all are complete, else 1; 6 when no file was
     found. Raises UsageError; OutputError when the folder or the state in it cannot be written;
@@ -109,6 +111,15 @@ def run(
         settings = settings or settings_of(last.options)
         include = include or last.options["include"]
         template = template or last.options["template"]
+        gallery = gallery or last.options.get("gallery", False)
+    if gallery:
+        from .gallery import check_gallery, write_gallery_of_state
+
+        if shard.n > 1:
+            raise UsageError(
+                f"a gallery of shard {shard} alone: give --gallery to batch merge, after the last one"
+            )
+        check_gallery(folder)
     settings = settings or Settings()
     planned = plan(paths, folder, settings, include=include, template=template, shard=shard)
     try:
@@ -117,6 +128,7 @@ def run(
         raise OutputError(f"{folder}: not made: {error.strerror or error}") from None
 
     options = asdict(settings) | {"include": list(include), "template": template, "shard": str(shard)}
+    options["gallery"] = gallery
     with State(place) as state:
         last = state.last_run()
         run = state.begin([absolute(path) for path in paths], options)
@@ -135,6 +147,8 @@ def run(
                 work.clean(work.run)
             raise
         state.finish(work.run)
+        if gallery:
+            write_gallery_of_state(folder, state)
         summary = work.summary(place, time.perf_counter() - start)
     return replace(summary, exit_code=NOTHING_FOUND) if nothing else summary
 

@@ -46,8 +46,6 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
     if "-" in inputs:
         raise UsageError("a batch reads files and folders, not stdin; a file of that name is ./-")
     shard = _shard(options["shard"])
-    if options["gallery"]:
-        check_gallery(folder, shard)
     last = _remembered(folder, shard) if options["resume"] and not inputs else None
     if not inputs and last is None:
         resumed = (
@@ -58,6 +56,7 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
     include = options["include"] or (tuple(last.options["include"]) if last else ())
     settings = _settings(options, given, last, template)
     paths = inputs or (last.paths if last else ())
+    options["gallery"] = options["gallery"] or (last is not None and last.options.get("gallery", False))
     _check_report(options["lines"], folder)
     if options["dry_run"]:
         _show_plan(paths, folder, settings, include, template, shard)
@@ -78,6 +77,7 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
                 shard=shard,
                 resume=options["resume"],
                 retry_failed=options["retry_failed"],
+                gallery=options["gallery"],
                 listener=progress,
                 draw=draw,
             )
@@ -103,40 +103,22 @@ def _check_report(path: str | None, folder: str) -> None:
 
 def write_results(summary: Summary, folder: str, options: dict[str, Any]) -> None:
     """What is made of the state once a run, or the joining of several, is over."""
-    if not (options["lines"] or options["gallery"]):
+    if options["gallery"] and not options["quiet"]:
+        say(f"gallery: {shown_path(os.path.join(folder, 'index.html'))}")
+    if not options["lines"]:
         return
     from trimray.batch.find import absolute
+    from trimray.batch.report import lines, write_report
     from trimray.batch.state import State
 
     folder = absolute(folder)
     with State(summary.state, create=False) as state:
-        if options["lines"]:
-            from trimray.batch.report import lines, write_report
-
-            rows = state.rows(summary.run)
-            if options["lines"] == "-":
-                for line in lines(rows, folder):
-                    write_stdout(line)
-            else:
-                write_report(options["lines"], rows, folder)
-        if options["gallery"]:
-            from trimray.batch.gallery import write_gallery_of_state
-
-            path = write_gallery_of_state(folder, state)
-            if not options["quiet"]:
-                say(f"gallery: {shown_path(path)}")
-
-
-def check_gallery(folder: str, shard: Shard) -> None:
-    """Raises before any work is done. shard: one that would show itself alone, and over the others, has no
-    gallery."""
-    from trimray.batch.gallery import check_gallery
-
-    if shard.n > 1:
-        raise UsageError(
-            f"a gallery of shard {shard} alone: give --gallery to batch merge, after the last one"
-        )
-    check_gallery(folder)
+        rows = state.rows(summary.run)
+        if options["lines"] == "-":
+            for line in lines(rows, folder):
+                write_stdout(line)
+        else:
+            write_report(options["lines"], rows, folder)
 
 
 def tell_summary(summary: Summary, quiet: bool) -> None:

@@ -14,13 +14,10 @@ def run(inputs: tuple[str, ...], options: dict[str, Any]) -> int:
     if len(inputs) != 1:
         raise UsageError("batch merge takes one DIR, that of the pictures; a folder named merge is ./merge")
     from trimray.batch.merge import merge
-    from trimray.batch.shard import Shard
 
-    from .batch import check_gallery, tell_summary, write_results
+    from .batch import tell_summary, write_results
 
-    if options["gallery"]:
-        check_gallery(inputs[0], Shard())
-    merged = merge(inputs[0])
+    merged = merge(inputs[0], gallery=options["gallery"])
     for shards, what in ((merged.missing, "missing"), (merged.unfinished, "not finished")):
         if shards:
             names = ", ".join(map(str, shards[:20])) + (" ..." if len(shards) > 20 else "")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
 
 from trimray import OutputError
 from trimray.batch.gallery import write_gallery_of_state
-from trimray.batch.record import Outcome, Settings
+from trimray.batch.record import Item, Outcome, Settings
+from trimray.batch.run import run
 from trimray.batch.state import State
 from trimray.cli.__main__ import main
 
@@ -74,6 +76,20 @@ def test_the_command_writes_it_also_when_it_goes_on(tmp_path: Path, samples_dir:
     assert not page.exists()
     assert main(["batch", "-o", str(folder), "--resume", "--gallery", "-q"]) == 1
     assert statuses(page) == {"bracket.step": "complete", "patch.step": "complete", "empty.step": "failed"}
+
+
+def test_what_was_interrupted_has_it_in_the_end(tmp_path: Path, samples_dir: Path) -> None:
+    def interrupted(items: Iterable[Item], settings: Settings) -> Iterator[Outcome]:
+        item = next(iter(items))
+        yield Outcome(item.path, item.target, "failed", 3, "a reason")
+        raise KeyboardInterrupt
+
+    inputs = [str(samples_dir / name) for name in ("patch.step", "stand.stl")]
+    with pytest.raises(KeyboardInterrupt):
+        run(inputs, str(tmp_path), Settings(size=(32, 32)), gallery=True, draw=interrupted)
+    assert not (tmp_path / "index.html").exists()
+    assert main(["batch", "-o", str(tmp_path), "--resume", "-q"]) == 1
+    assert sorted(statuses(tmp_path / "index.html").values()) == ["complete", "failed"]
 
 
 def test_an_empty_batch_and_one_of_failures_have_one(tmp_path: Path) -> None:
