@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from trimray.batch.draw import draw_file
@@ -25,7 +26,8 @@ def draw(item: Item, settings: Settings) -> Outcome:
     if "murder" in target.name:
         os.kill(_ancestor(3), signal.SIGKILL)  # server of workers, node, Dask's worker
         time.sleep(3600)
-    return draw_file(item, settings)
+    # On a busy machine the limit, which is for the hang, would make good pictures coarse.
+    return draw_file(item, replace(settings, time_limit=None))
 
 
 def _ancestor(steps: int) -> int:
