@@ -23,7 +23,7 @@ from trimray.image_io import remove_leftovers
 from . import fork_server
 from .draw import draw_file, hash_file
 from .record import STATUSES, Item, Outcome, Settings
-from .worker import BROKEN, Draw, Job
+from .worker import BROKEN, READY, Draw, Job
 
 # Files that a worker draws before it is renewed; renewing takes milliseconds.
 MAX_FILES = 200
@@ -83,6 +83,7 @@ class _Pool:
         self.server: fork_server.ForkServer | None = None
         self.workers: dict[int, _Worker] = {}  # by number of request
         self.stillborn = 0
+        self.complaint = "no reason was given"  # of a worker that could not start
         self.not_before = 0.0  # when a worker may be asked for
         self.outcomes: deque[Outcome] = deque()
 
@@ -175,7 +176,10 @@ class _Pool:
         for line in lines:
             if worker.ready:
                 self._take(worker, line)
-            worker.ready = True
+            elif line + b"\n" == READY:
+                worker.ready = True
+            else:
+                self.complaint = _complaint(line)
 
     def _take(self, worker: _Worker, line: bytes) -> None:
         """A worker's answer."""
@@ -224,7 +228,7 @@ class _Pool:
             self._fail(worker, *worker.verdict)
         elif not worker.ready and code == BROKEN:
             self.again.append((item, worker.tries - 1))
-            self._stillborn("workers do not start")
+            self._stillborn(f"workers do not start: {self.complaint}")
         elif worker.answers and worker.tries < _MAX_TRIES:
             # An earlier file may be to blame: this one is tried again by itself.
             self.again.append((item, worker.tries))
@@ -273,6 +277,13 @@ class _Pool:
         self.not_before = time.monotonic() + _RETRY_SECONDS
         if self.stillborn >= _MAX_STILLBORN and not self.workers:
             raise Error(reason)
+
+
+def _complaint(line: bytes) -> str:
+    try:
+        return str(json.loads(line)["error"])
+    except (ValueError, TypeError, KeyError):
+        return "no reason can be read"
 
 
 def _outcome(item: Item, line: bytes) -> tuple[Outcome, bool]:

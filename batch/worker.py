@@ -71,7 +71,13 @@ def main(descriptor: int, parent: int, folder: str) -> None:
     tempfile.tempdir = os.path.join(folder, str(os.getpid()))  # the server removes it
     os.mkdir(tempfile.tempdir)
     with socket.socket(fileno=descriptor) as connection, connection.makefile("rb") as inbox:
-        job: Job = pickle.loads(inbox.read(int.from_bytes(inbox.read(8), "little")))
+        data = inbox.read(int.from_bytes(inbox.read(8), "little"))
+        try:
+            job: Job = pickle.loads(data)
+        except Exception as error:
+            text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            connection.sendall(json.dumps({"error": text}).encode() + b"\n")
+            os._exit(BROKEN)
         connection.sendall(READY)
         _work(job, connection, inbox)
     os._exit(0)  # nothing that was inherited is to be cleaned up here

@@ -167,7 +167,7 @@ def test_a_worker_that_grew_is_renewed() -> None:
 
 def test_workers_that_cannot_start_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pool, "_RETRY_SECONDS", 0.01)
-    with pytest.raises(trimray.Error, match="workers do not start"):
+    with pytest.raises(trimray.Error, match="workers do not start: FileNotFoundError"):
         list(draw_all([item("good-")], WITHOUT, 2, draw=misbehaving_draw.Unloadable()))
 
 
