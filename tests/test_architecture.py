@@ -177,6 +177,16 @@ def test_only_importer_and_exporter_know_opencascade_and_only_image_io_knows_ope
     assert wrong == []
 
 
+def test_only_one_file_knows_dask() -> None:
+    knowing = [
+        str(path.relative_to(ROOT))
+        for folder in PYTHON_RULES
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        if any(name.split(".")[0] in ("dask", "distributed") for name in _imports(path, f"trimray.{folder}"))
+    ]
+    assert knowing == ["batch/cluster.py"]
+
+
 def test_of_the_importer_only_the_reader_of_triangles_knows_the_core() -> None:
     knowing = [
         path.name
