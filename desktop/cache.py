@@ -165,7 +165,11 @@ def _note_failure(outcome: Outcome, original: Original | None, folder: str) -> N
     if outcome.status != "failed":
         with contextlib.suppress(OSError):
             os.unlink(path)
-    elif outcome.exit_code != OutputError.exit_code and os.access(outcome.path, os.R_OK):
+    elif (
+        outcome.exit_code != OutputError.exit_code
+        and os.path.isfile(outcome.path)
+        and os.access(outcome.path, os.R_OK)
+    ):
         write_failure(path, original, outcome.exit_code, outcome.reason)
 
 

@@ -132,6 +132,7 @@ def _positive(flag: str, text: str, units: dict[str, float]) -> float:
 def supervise(request: Request) -> tuple[int, str]:
     """Draws in a child process. Returns the exit code and one line, "" for 0. The child is dead then, and
     nothing of its scratch files is left."""
+    _fill_standard_streams()
     scratch = _scratch(request)
     try:
         receive, send = os.pipe()
@@ -151,6 +152,13 @@ def supervise(request: Request) -> tuple[int, str]:
                 os.waitpid(child, 0)
     finally:
         _remove(scratch)
+
+
+def _fill_standard_streams() -> None:
+    """Where the caller closed them, the pipe below would take their place, and the child mute it."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(descriptor)
 
 
 def _scratch(request: Request) -> str:

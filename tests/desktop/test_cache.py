@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import stat
+import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -104,6 +105,16 @@ def test_the_cache_in_full(library: Path, thumbnails: Path) -> None:
     assert any(name == "cut.stl" and reason for _, name, reason in heard.told)
 
 
+@pytest.mark.skipif(shutil.which("gio") is None, reason="no gio (libglib2.0-bin)")
+def test_the_desktop_finds_it(library: Path, thumbnails: Path) -> None:
+    good = library / "a b'\n%\udcff.stl"
+    fill_cache([str(library)], draw_all=here)
+    command = ["gio", "info", "-a", "thumbnail::*", os.fsencode(good)]
+    told = subprocess.run(command, capture_output=True, check=True).stdout.decode(errors="replace")
+    assert f"thumbnail::path: {thumbnails}/large/{Original.of(str(good)).name}" in told
+    assert "thumbnail::is-valid: TRUE" in told
+
+
 def test_a_change_of_the_file_makes_it_new(library: Path, thumbnails: Path) -> None:
     good = library / "a b'\n%\udcff.stl"
     os.utime(good, ns=(10**18, 10**18 + 999_999_999))
@@ -186,6 +197,9 @@ def test_what_is_no_entry(tmp_path: Path, content: bytes) -> None:
 
 def test_what_cannot_be_read_is_no_failure_of_the_file(library: Path, thumbnails: Path) -> None:
     filled = fill_cache([str(library / "none.step")], draw_all=here)
+    assert filled.exit_code == 3 and files(thumbnails) == []
+    os.mkfifo(library / "pipe.step")
+    filled = fill_cache([str(library / "pipe.step")], draw_all=here)
     assert filled.exit_code == 3 and files(thumbnails) == []
     (library / "loop.step").symlink_to("loop.step")
     filled = fill_cache([str(library / "loop.step")], draw_all=here)

@@ -92,6 +92,13 @@ def test_a_bad_file_is_one_line_and_no_picture(
     assert os.listdir(tmp_path) == ([] if content is None else [source.name])
 
 
+def test_closed_standard_streams(samples_dir: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "trimray.desktop.thumbnail", "-s", "16", samples_dir / "stand.stl"]
+    closing = ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command, tmp_path / "out.png"]
+    assert subprocess.run(closing, check=False).returncode == 0
+    assert opened(tmp_path / "out.png").size == (16, 16)
+
+
 def test_a_time_limit(thumbnailer: Thumbnailer, samples_dir: Path, tmp_path: Path) -> None:
     source = samples_dir / "teapot.step"
     done = thumbnailer("--time-limit", "0.05", source, tmp_path / "no.png", TMPDIR=str(tmp_path))
