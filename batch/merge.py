@@ -54,7 +54,11 @@ def merge(output: str, *, gallery: bool = False) -> Merged:
                 options = last.options | {"shard": str(Shard())}
                 whole.describe(run, paths, options)
                 for row in state.rows(last.id):
-                    whole.adopt(run, row)
+                    known = whole.row(row.path)
+                    if known is not None and known.finished > row.finished:
+                        whole.enroll(run, row.path, known.target, pending=False)
+                    else:
+                        whole.adopt(run, row)
         whole.forget_gone(run)
         whole.finish(run)
         if gallery:

@@ -248,6 +248,14 @@ class State:
             for found in self._base.execute(f"SELECT {_COLUMNS} {_FROM} {which} ORDER BY f.path", words):
                 yield _row(found)
 
+    def pending(self, run: int) -> list[str]:
+        """Targets of the files of a run that are still to be drawn."""
+        with self._errors():
+            found = self._base.execute(
+                "SELECT target FROM files WHERE run = ? AND status = 'pending'", (run,)
+            ).fetchall()
+        return [os.fsdecode(target) for (target,) in found]
+
     def counts(self, run: int) -> dict[tuple[str, int], int]:
         """Files of a run by status and exit code."""
         with self._errors():

@@ -148,7 +148,7 @@ class Work:
         file, target = self._aims.pop(outcome.path)
         for shown in (outcome.path, " ".join(outcome.path.split())):
             outcome = replace(outcome, reason=outcome.reason.removeprefix(f"{shown}: "))
-        if not outcome.sha256 and file.mtime_ns:  # the process that read it is gone
+        if not outcome.sha256 and outcome.exit_code != 3:  # the process that read it is gone
             outcome = replace(outcome, sha256=sha256_of(file.path))
         row = self._state.row(file.path)
         if outcome.status == "failed" and row is not None and row.finished:
@@ -182,8 +182,7 @@ class Work:
 
     def clean(self, run: int) -> None:
         """Removes what a killed worker left of the pictures that this run had yet to make."""
-        pending = [row.target for row in self._state.rows(run) if row.status == "pending"]
-        for path in remove_leftovers(self._folder, pending):
+        for path in remove_leftovers(self._folder, self._state.pending(run)):
             self._listener.note(f"{path}: half a picture, removed")
 
     def summary(self, place: str, seconds: float) -> Summary:

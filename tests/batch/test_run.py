@@ -417,6 +417,19 @@ def test_shards_make_the_whole(
     assert go().skipped == 44 and draw.names == []
 
 
+def test_what_was_drawn_after_the_shards_is_not_forgotten(
+    go: Callable[..., Summary], library: Path, tmp_path: Path
+) -> None:
+    for k in (1, 2):
+        go(shard=Shard(k, 2))
+    merge(str(tmp_path / "out"))
+    (library / "a.step").write_text("bad now")
+    go()
+    merged = merge(str(tmp_path / "out"))
+    assert merged.summary.statuses == {"complete": 2, "failed": 2}
+    assert rows(merged.summary)["a.step"].reason == "no model"
+
+
 def test_shards_agree_on_pictures_that_would_clash(
     go: Callable[..., Summary], library: Path, tmp_path: Path
 ) -> None:
