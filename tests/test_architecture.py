@@ -57,7 +57,7 @@ PYTHON_RULES: dict[str, tuple[str, ...]] = {
     "exporter": ("numpy", "OCP", "trimray.importer", "trimray._core"),
     "api": ("numpy", "OpenImageIO", "PIL", "trimesh", "trimray", "trimray.importer"),
     "fidelity": ("numpy", "pytest", "trimray"),
-    "batch": ("numpy", "pebble", "distributed", "trimray"),
+    "batch": ("numpy", "distributed", "trimray"),
     "desktop": ("numpy", "trimray"),
     "cli": ("click", "rich", "numpy", "trimray"),
 }
