@@ -1,6 +1,7 @@
 """Drawing functions that do what the item's name says; run in the workers of the pool."""
 
 import ctypes
+import json
 import os
 import resource
 import signal
@@ -8,7 +9,9 @@ import time
 from pathlib import Path
 
 from trimray.batch.record import Item, Outcome, Settings
+from trimray.importer import child
 from trimray.importer.forked import data_bytes
+from trimray.importer.process import Request, run_child
 
 _hoard = []
 
@@ -25,6 +28,9 @@ def draw(item: Item, settings: Settings) -> Outcome:
         case "deaf":
             signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
             ctypes.CDLL(None).sleep(1000)  # holds on in native code
+        case "reader":  # hangs in a reading child
+            request = Request(item.path, "reader", "/tmp", "default", None, None)
+            run_child(request, time_limit=None, module=__name__, start="fork")
         case "hog":
             limit = data_bytes() + (64 << 20)
             resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
@@ -67,6 +73,12 @@ def draw(item: Item, settings: Settings) -> Outcome:
             os._exit(1)
     time.sleep(item.size / 1000)
     return Outcome(item.path, item.target, "complete", reason=str(os.getpid()))
+
+
+def main(argument: str) -> None:
+    """Of the reading child."""
+    child._die_with(json.loads(argument)["parent"])
+    time.sleep(1000)
 
 
 def _shout(data: bytes) -> None:

@@ -229,11 +229,11 @@ def test_hash_of_an_empty_file(tmp_path: Path) -> None:
 
 
 def test_a_worker_does_not_grow(samples_dir: Path, tmp_path: Path) -> None:
-    """60 files in one worker, of three kinds: after 15 it has what it needs."""
+    """45 files in one worker, of three kinds: after 15 it has what it needs."""
     files = [samples_dir / name for name in ("patch.step", "stand.stl", "bracket.brep")]
-    items = [Item(str(files[n % 3]), str(tmp_path / f"{n % 3}.png")) for n in range(60)]
+    items = [Item(str(files[n % 3]), str(tmp_path / f"{n % 3}.png")) for n in range(45)]
     outcomes = list(draw_all(items, SMALL, 1, draw=measured_draw.measured, max_files=None))
-    assert [o.status for o in outcomes] == ["complete"] * 60
+    assert [o.status for o in outcomes] == ["complete"] * 45
     facts = [json.loads(o.reason) for o in outcomes]
     for kind in ("rss", "anonymous"):
         assert facts[-1][kind] < 1.2 * facts[14][kind] + (16 << 20), kind

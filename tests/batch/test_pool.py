@@ -237,11 +237,12 @@ def supervisor(folder: Path, *names: str) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_no_process_outlives_the_supervisor(tmp_path: Path, end: signal.Signals) -> None:
-    with supervisor(tmp_path, "good-", "hang-1", "deaf-2") as process:
+    with supervisor(tmp_path, "good-", "reader-1", "deaf-2") as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "main\n"
         assert process.stdout.readline() == "complete\n"
-        assert until(lambda: len(processes(f"{tmp_path}/trimray-batch-")) == 3)
+        # The server, two workers and the reader of one.
+        assert until(lambda: len(processes(f"{tmp_path}/trimray-batch-")) == 4)
         process.send_signal(end)
         assert until(lambda: not processes(str(tmp_path)))
         assert not list(tmp_path.glob("trimray-batch-*"))

@@ -24,7 +24,7 @@ def facts():
 model = load(box, cache=False, start="fork")
 reference = model.render((32, 32), threads=2)["color"]
 before = facts()
-for n in range(120):
+for n in range(60):
     path = mesh if n % 4 == 3 else box
     model = load(path, cache=False, start="fork", time_limit=60, memory_limit=2 << 30)
     assert len(model.faces) == (1 if path == mesh else 6), n
