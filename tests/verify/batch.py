@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from tests.batch.torture import library
-from tests.batch.torture.judge import judge, table
+from tests.batch.torture.judge import judge, out_of_time, table
 from tests.batch.torture.runs import SIZE, Setup, disturbed, singles, undisturbed, unlike_singles
 from tests.batch.torture.sources import models_folder
 
@@ -51,6 +51,7 @@ def _check(setup: Setup, show: int) -> int:
     rows = setup.rows("whole")
     verdict = judge(setup.entries, rows, setup.output("whole"), SIZE, like=like)
     tell("files", verdict.problems, start)
+    print(f"{len(out_of_time(rows))} files ran out of time: they are left out where runs are compared")
     print(table(verdict))
     start = time.perf_counter()
     found, count = unlike_singles(setup, rows, _SAMPLE, seed=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -38,7 +39,11 @@ def build(root: Path, *, mutants: int, seed: int = 1, small: bool = False) -> li
     entries = [*_good(root, sources), *_cut(root, sources, 6 if small else len(sources))]
     entries += _mutants(root, sources, mutants, words)
     entries += _from_recipes(root, by_name, "crash", crashers.CRASHES[: 4 if small else None])
-    entries += _from_recipes(root, by_name, "hang", crashers.HANGS[: 1 if small else None : 5])
+    # The tests of every day set no time limit that a busy machine could reach: one that ends by itself.
+    hangs = (
+        [h for h in crashers.HANGS if h[1] == "nan" and "helix" in h[0]][:1] if small else crashers.HANGS[::5]
+    )
+    entries += _from_recipes(root, by_name, "hang", hangs)
     for name, data in junk.not_models().items():
         entries.append(write(root, _entry(f"junk/{name}", "junk", "bad"), data))
     entries += [] if small else _hungry(root, sphere)
@@ -104,7 +109,7 @@ def _mutants(root: Path, sources: list[Source], count: int, words: random.Random
 
 
 def _from_recipes(
-    root: Path, by_name: dict[str, Source], kind: str, recipes: tuple[tuple[str, str, int], ...] | list
+    root: Path, by_name: dict[str, Source], kind: str, recipes: Sequence[tuple[str, str, int]]
 ) -> list[Entry]:
     entries = []
     for model, operation, seed in recipes:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from .command import Command, Done, pictures, wait_for_pictures
 from .entry import Entry
-from .judge import Row, differences, judge_end, rows_of
+from .judge import Row, differences, judge_end, out_of_time, rows_of
 from .single import render, status_of
 
 SIZE = (96, 96)
@@ -25,7 +25,7 @@ class Setup:
     folder: Path
     entries: list[Entry]
     workers: int = 2
-    limits: tuple[str, str] = ("5", "1G")
+    limits: tuple[str, str] = ("60", "1G")
 
     @property
     def limit_words(self) -> list[str]:
@@ -87,17 +87,27 @@ def disturbed(
         problems.append(
             f"{len(again)} finished pictures were made again by {setup.workers} workers: {again[:5]}"
         )
-    problems += differences(unplaced(setup.rows(like)), unplaced(setup.rows(name)))
-    problems += different_pictures(setup.output(like), output)
-    return problems, len(again)
+    return problems + unlike(setup, like, name), len(again)
 
 
-def different_pictures(first: Path, second: Path) -> list[str]:
-    """Byte by byte."""
+def unlike(setup: Setup, first: str, second: str) -> list[str]:
+    """In what two runs differ: rows, and bytes of pictures."""
+    rows = setup.rows(first), setup.rows(second)
+    found = differences(unplaced(rows[0]), unplaced(rows[1]))
+    skip: set[bytes] = set()
+    for name, some in zip((first, second), rows, strict=True):
+        for path in out_of_time(rows[0]) | out_of_time(rows[1]):
+            if some[path]["output"]:
+                skip.add(os.path.relpath(os.fsencode(some[path]["output"]), os.fsencode(setup.output(name))))
+    return found + different_pictures(setup.output(first), setup.output(second), skip)
+
+
+def different_pictures(first: Path, second: Path, skip: set[bytes]) -> list[str]:
+    """Byte by byte. skip: paths in both folders."""
     found = []
     a, b = pictures(first), pictures(second)
-    found += [f"{path!r} is in one folder only" for path in sorted(a.keys() ^ b.keys())]
-    for path in sorted(a.keys() & b.keys()):
+    found += [f"{path!r} is in one folder only" for path in sorted((a.keys() ^ b.keys()) - skip)]
+    for path in sorted((a.keys() & b.keys()) - skip):
         if _bytes(first, path) != _bytes(second, path):
             found.append(f"{path!r} has other bytes")
     return found
