@@ -4,6 +4,7 @@
     model.render((1024, 768), view="iso").save("part.png")
     model.tessellate("0.05mm").save("part.stl")
     hits = model.cast(origins, directions)
+    distances = model.distance(points)
 
 Lengths are mm, angles radians unless a name says otherwise. Every error is a ``trimray.Error``; its
 subclasses are UsageError, InputError (and EmptyError), OutputError, LimitError (TimeLimitError,
@@ -21,6 +22,7 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .camera import Camera
+    from .distances import Distances, EdgeSamples, Samples
     from .faces import Face, Instance
     from .frame import Frame
     from .hits import Hits
@@ -44,6 +46,8 @@ if TYPE_CHECKING:
 __all__ = [
     "AOVS",
     "Camera",
+    "Distances",
+    "EdgeSamples",
     "EmptyError",
     "Error",
     "Face",
@@ -59,6 +63,7 @@ __all__ = [
     "Model",
     "OutputError",
     "Report",
+    "Samples",
     "TimeLimitError",
     "TriMesh",
     "UsageError",
@@ -75,6 +80,9 @@ _HOME = {
     "MeshIssue": "tri_mesh",
     "Model": "model",
     "Camera": "camera",
+    "Distances": "distances",
+    "EdgeSamples": "distances",
+    "Samples": "distances",
     "Face": "faces",
     "Instance": "faces",
     "Frame": "frame",

@@ -638,3 +638,58 @@ def closed_faces(store: Store) -> NDArray[numpy.uint8]:
 
 def edge_uses(store: Store) -> NDArray[numpy.int32]:
     """(n,) int32: how often each edge is used by faces that can be drawn."""
+
+class PointIndex:
+    """A store made ready for distances."""
+
+    def __init__(self, store: Store, threads: int = 0) -> None: ...
+    @property
+    def diagonal(self) -> float:
+        """Of the box of all that is indexed, mm."""
+
+    @property
+    def left_out(self) -> NDArray[numpy.int32]:
+        """(k,) int32: faces that are not, or not wholly, indexed."""
+
+    @property
+    def bytes(self) -> int: ...
+    def nearest(
+        self,
+        points: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        edges: bool = False,
+        threads: int = 0,
+    ) -> tuple[
+        NDArray[numpy.float64],
+        NDArray[numpy.float64],
+        NDArray[numpy.int32],
+        NDArray[numpy.int32],
+        NDArray[numpy.int32],
+        NDArray[numpy.float64],
+        NDArray[numpy.float64],
+        NDArray[numpy.float64],
+    ]:
+        """
+        distance (n,), point (n, 3), face (n,), instance (n,), edge (n,), uv (n, 2), band (n,), gap (n,); edges: of the edges alone.
+        """
+
+def sample_faces(
+    store: Store, count: int, seed: int, threads: int = 0
+) -> tuple[
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.int32],
+    NDArray[numpy.int32],
+    NDArray[numpy.float64],
+]:
+    """
+    count points of each face of each instance: point (n, 3), normal (n, 3), face (n,), instance (n,), uv (n, 2).
+    """
+
+def sample_edges(
+    store: Store, count: int, seed: int, threads: int = 0
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.int32], NDArray[numpy.int32]]:
+    """
+    count points of each edge of each instance: point (n, 3), edge (n,), instance (n,).
+    """

@@ -18,6 +18,7 @@ from .frame import Frame
 from .hierarchy import Hierarchy
 from .hits import Hits, check_rays, portions_of
 from .importer.errors import EmptyError, UsageError
+from .measuring import Measured
 from .pictures import Look, Words, draw
 from .report import Report, make_report
 from .seeds import Seeder
@@ -35,7 +36,7 @@ Progress = Callable[[str, float | None], None]
 _PORTION = {"standard": 1 << 20, "reference": 1 << 10}
 
 
-class Model:
+class Model(Measured):
     """A model ready for rays. Made by ``load``; immutable; may be used from several threads."""
 
     def __init__(

@@ -22,4 +22,5 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_mesh_file(m);
   trimray::bind::bind_mesh_check(m);
   trimray::bind::bind_mesh_measure(m);
+  trimray::bind::bind_distance(m);
 }

@@ -15,13 +15,13 @@ constexpr double kSlender = 0.05;  // a leaf's thickness over its length
 
 bool by_bound(const Part& a, const Part& b) { return a.bound > b.bound; }
 
+}  // namespace
+
 bool is_used(const nurbs::NurbsStore& store, const nurbs::Edge& edge) {
   for (std::int32_t i = edge.coedges.begin; i < edge.coedges.end; ++i)
     if (store.faces[store.coedges[store.edge_coedges[i]].face].status == nurbs::FaceStatus::kOk) return true;
   return false;
 }
-
-}  // namespace
 
 EdgeLeaves::EdgeLeaves(const nurbs::NurbsStore& store, std::int32_t prototype) : paths_(store, prototype) {
   for (std::size_t e = 0; e < paths_.edges.size(); ++e) {

@@ -26,6 +26,9 @@ struct EdgeFoot {
   double t = 0.0;  // the edge's parameter; 0 at its start and 1 at its end where it has no pieces
 };
 
+// Does a face which can be drawn use the edge?
+bool is_used(const nurbs::NurbsStore& store, const nurbs::Edge& edge);
+
 // The leaves of all edges of one prototype that a face which can be drawn uses.
 class EdgeLeaves {
  public:

@@ -17,6 +17,7 @@ struct Nearest {
   std::int32_t edge = -1;  // NurbsStore::edges where the point lies on an edge's path; face is then the first
                            // face with that edge
   dvec2 uv_face{0.0};      // on an edge: of its p-curve on the face, brought nearest to the point
+  double band = 0.0;       // mm: Edge::band of the edge; how far off its faces may take their end to be
   double gap = 0.0;        // mm: no point of the model is nearer than distance - gap. 0 unless the search was
                            // given up, see kMaxParts
 };

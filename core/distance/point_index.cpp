@@ -156,6 +156,7 @@ struct PointIndex::Impl {
     if (gap > kDistanceTol * diagonal) best.gap = gap;
     if (on_edge) {
       best.edge = found.edge.edge;
+      best.band = store->edges[best.edge].band * instance.scale;
       instance.index->place_on_face(found.edge, best.face, best.uv_face);
     } else {
       best.face = found.face_index, best.uv_face = found.face.uv_face;

@@ -14,9 +14,39 @@ using nurbs::SurfaceKind;
 
 namespace {
 
+double largest(const dvec3& d) { return std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}); }
+
 bool finite(const Box3& b) {
   return !b.empty() && std::isfinite(b.lower.x + b.lower.y + b.lower.z) &&
          std::isfinite(b.upper.x + b.upper.y + b.upper.z);
+}
+
+// Empties the boxes that are not finite, and those so large or so far out, a billion times the size of the
+// median one, that the tolerance of all would suffer: damage, not design.
+void drop_absurd(std::initializer_list<std::vector<Box3>*> lists) {
+  constexpr double kAbsurd = 1e9;
+  std::vector<Box3> sound;
+  for (std::vector<Box3>* list : lists)
+    for (Box3& b : *list) {
+      if (!finite(b)) b = {};
+      if (!b.empty()) sound.push_back(b);
+    }
+  if (sound.empty()) return;
+  const auto median = [&](const auto& value) {
+    std::vector<double> values;
+    for (const Box3& b : sound) values.push_back(value(b));
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  const double limit = kAbsurd * median([](const Box3& b) { return largest(b.extent()); });
+  const dvec3 middle(median([](const Box3& b) { return b.center().x; }),
+                     median([](const Box3& b) { return b.center().y; }),
+                     median([](const Box3& b) { return b.center().z; }));
+  if (!(limit > 0.0)) return;
+  for (std::vector<Box3>* list : lists)
+    for (Box3& b : *list)
+      if (!b.empty() && !(largest(b.center() - middle) + largest(b.extent()) <= limit)) b = {};
 }
 
 bool orthonormal(const nurbs::Surface& s) {
@@ -53,25 +83,25 @@ PrototypeIndex::PrototypeIndex(const nurbs::NurbsStore& s, std::int32_t prototyp
   for (std::int32_t f = p.faces.begin; f < p.faces.end; ++f) append_face(f, patch_boxes);
   triangles = trace::triangle_blocks(store, prototype, threads);
 
+  std::vector<Box3> edge_boxes = edges.boxes();
+  std::vector<Box3> closed_boxes;
+  for (const trace::ClosedLeaf& leaf : closed_leaves) closed_boxes.push_back(leaf.box);
+  drop_absurd({&closed_boxes, &patch_boxes, &triangles.boxes, &edge_boxes});
   std::vector<Primitive> all;
   std::vector<Box3> boxes;
   const auto add = [&](Kind kind, std::size_t index, const Box3& b, std::int32_t face) {
-    if (!finite(b)) {
+    if (b.empty()) {
       if (face != kNoFace) left_out.push_back(face);
       return;
     }
     all.push_back({kind, static_cast<std::int32_t>(index)}), boxes.push_back(b), box.add(b);
   };
   for (std::size_t i = 0; i < closed_leaves.size(); ++i)
-    add(Kind::kClosed, i, closed_leaves[i].box, closed_leaves[i].face);
+    add(Kind::kClosed, i, closed_boxes[i], closed_leaves[i].face);
   for (std::size_t i = 0; i < surfaces.size(); ++i) add(Kind::kPatch, i, patch_boxes[i], surfaces[i].face);
   for (std::size_t i = 0; i < triangles.blocks.size(); ++i)
     add(Kind::kTriangles, i, triangles.boxes[i], triangles.faces[i]);
-  std::vector<Box3> edge_boxes = edges.boxes();
-  for (std::size_t i = 0; i < edge_boxes.size(); ++i) {
-    if (!finite(edge_boxes[i])) edge_boxes[i] = {};
-    add(Kind::kEdge, i, edge_boxes[i], kNoFace);
-  }
+  for (std::size_t i = 0; i < edge_boxes.size(); ++i) add(Kind::kEdge, i, edge_boxes[i], kNoFace);
   bvh = trace::build_bvh(boxes);
   for (const std::int32_t old : trace::renumber_primitives(bvh)) primitives.push_back(all[old]);
   edge_bvh = trace::build_bvh(edge_boxes);

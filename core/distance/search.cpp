@@ -25,11 +25,17 @@ Foot descend(const dvec4* net, int du, int dv, const Domain& in, const dvec3& q,
     const bool hold_v = dv == 0 || (v <= in.v0 && gv >= 0.0) || (v >= in.v1 && gv <= 0.0);
     const double uu = glm::dot(s.u, s.u), uv = glm::dot(s.u, s.v), vv = glm::dot(s.v, s.v);
     double a = uu + glm::dot(e, s.uu), b = uv + glm::dot(e, s.uv), c = vv + glm::dot(e, s.vv);
-    if (!(a > 1e-3 * uu)) a = uu, b = uv, c = vv;  // uphill curvature: Gauss-Newton
-    if (dv > 0 && !(c > 1e-3 * vv)) a = uu, b = uv, c = vv;
-    double mu = 0.0, mv = 0.0;
+    // Where the distance curves down in what may move, Gauss-Newton.
+    constexpr double kUp = 1e-9;
     const bool both = !hold_u && !hold_v;
-    if (both && !(a * c - b * b > 1e-6 * a * c)) a = uu, b = uv, c = vv;
+    const bool down_u = !(a > kUp * uu), down_v = !(c > kUp * vv);
+    if (both && (down_u || down_v || !(a * c - b * b > kUp * a * c))) {
+      a = uu, b = uv, c = vv;
+    } else {
+      if (down_u) a = uu;
+      if (down_v) c = vv;
+    }
+    double mu = 0.0, mv = 0.0;
     if (both && a * c - b * b > 1e-14 * a * c) {
       const double det = a * c - b * b;
       mu = -(c * gu - b * gv) / det, mv = -(a * gv - b * gu) / det;

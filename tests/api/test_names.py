@@ -16,6 +16,8 @@ def test_exported_names() -> None:
     assert sorted(trimray.__all__) == [
         "AOVS",
         "Camera",
+        "Distances",
+        "EdgeSamples",
         "EmptyError",
         "Error",
         "Face",
@@ -31,6 +33,7 @@ def test_exported_names() -> None:
         "Model",
         "OutputError",
         "Report",
+        "Samples",
         "TimeLimitError",
         "TriMesh",
         "UsageError",

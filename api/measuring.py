@@ -1,0 +1,53 @@
+"""What a Model can be asked with points: the part of Model that needs its store alone."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy.typing as npt
+
+from . import _core
+
+if TYPE_CHECKING:
+    from .distances import Distances, EdgeSamples, Samples
+
+
+class Measured:
+    """Distances from points to a model, and points on it."""
+
+    _core: _core.Store
+
+    @cached_property
+    def _point_index(self) -> _core.PointIndex:
+        return _core.PointIndex(self._core)
+
+    def distance(self, points: npt.ArrayLike, *, edges: bool = False, threads: int = 0) -> Distances:
+        """The exact distance of each point from the model, to 1e-12 of its diagonal.
+
+        points: (n, 3) or (3,) float64, mm, world.
+        edges: from the edges of the faces alone.
+        threads: 0 for all cores; the result is the same for any number. Raises UsageError.
+
+        Faces that cannot be drawn (``report``) have no points to be near to.
+        """
+        from .distances import distances
+
+        return distances(self._point_index, points, edges, threads)
+
+    def sample(self, count: int = 16, *, seed: int = 0, threads: int = 0) -> Samples:
+        """count points of every face of every instance, evenly by area; the same ones for the same seed.
+
+        Faces that cannot be drawn have none, faces that are almost empty may have fewer. Raises UsageError.
+        """
+        from .distances import Samples, check_count
+
+        check_count(count, seed)
+        return Samples(*_core.sample_faces(self._core, int(count), int(seed), threads))
+
+    def sample_edges(self, count: int = 16, *, seed: int = 0, threads: int = 0) -> EdgeSamples:
+        """count points of every edge of every instance, spread along it, as in ``sample``."""
+        from .distances import EdgeSamples, check_count
+
+        check_count(count, seed)
+        return EdgeSamples(*_core.sample_edges(self._core, int(count), int(seed), threads))
