@@ -30,14 +30,9 @@ def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
 @pytest.fixture(scope="module")
 def rows(setup: Setup) -> dict[bytes, Row]:
     """Of a run that nothing disturbed."""
-    done, problems = undisturbed(setup, "whole", PATIENCE)
+    _, problems = undisturbed(setup, "whole", PATIENCE)
     assert not problems
-    rows = setup.rows("whole")
-    named = done.err.decode(errors="surrogateescape")
-    for row in rows.values():
-        if row["status"] == "failed":
-            assert row["reason"] in named, "every bad file is named on stderr"
-    return rows
+    return setup.rows("whole")
 
 
 def test_the_library_is_the_same_for_the_same_seed(tmp_path: Path, setup: Setup) -> None:

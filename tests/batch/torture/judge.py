@@ -165,6 +165,13 @@ def out_of_time(rows: Mapping[bytes, Row]) -> set[bytes]:
     }
 
 
+def unnamed(rows: Mapping[bytes, Row], err: bytes) -> list[str]:
+    """Failures that stderr does not tell of with their reasons."""
+    text = err.decode(errors="surrogateescape")
+    missing = (row for row in rows.values() if row["status"] == "failed" and row["reason"] not in text)
+    return [f"{row['input']!r}: stderr does not give its reason: {row['reason']!r}" for row in missing]
+
+
 def differences(first: Mapping[bytes, Row], second: Mapping[bytes, Row]) -> list[str]:
     """Rows that are not alike but for time, memory and attempt; those out of time in either run aside."""
     found = []

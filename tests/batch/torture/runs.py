@@ -11,7 +11,7 @@ from pathlib import Path
 
 from .command import Command, Done, pictures, wait_for_pictures
 from .entry import Entry
-from .judge import Row, differences, judge_end, out_of_time, rows_of
+from .judge import Row, differences, judge_end, out_of_time, rows_of, unnamed
 from .single import render, status_of
 
 SIZE = (96, 96)
@@ -49,7 +49,7 @@ class Setup:
 
 def undisturbed(setup: Setup, name: str, timeout: float) -> tuple[Done, list[str]]:
     done = setup.start(name).wait(timeout)
-    return done, judge_end(done)
+    return done, judge_end(done) + unnamed(setup.rows(name), done.err)
 
 
 def disturbed(
