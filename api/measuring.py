@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
-from . import _core
+from ._core import PointIndex, Store, sample_edges, sample_faces
 
 if TYPE_CHECKING:
     from .distances import Distances, EdgeSamples, Samples
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 class Measured:
     """Distances from points to a model, and points on it."""
 
-    _core: _core.Store
+    _core: Store
 
     @cached_property
-    def _point_index(self) -> _core.PointIndex:
-        return _core.PointIndex(self._core)
+    def _point_index(self) -> PointIndex:
+        return PointIndex(self._core)
 
     def distance(self, points: npt.ArrayLike, *, edges: bool = False, threads: int = 0) -> Distances:
         """The exact distance of each point from the model, to 1e-12 of its diagonal.
@@ -43,11 +43,11 @@ class Measured:
         from .distances import Samples, check_count
 
         check_count(count, seed)
-        return Samples(*_core.sample_faces(self._core, int(count), int(seed), threads))
+        return Samples(*sample_faces(self._core, int(count), int(seed), threads))
 
     def sample_edges(self, count: int = 16, *, seed: int = 0, threads: int = 0) -> EdgeSamples:
         """count points of every edge of every instance, spread along it, as in ``sample``."""
         from .distances import EdgeSamples, check_count
 
         check_count(count, seed)
-        return EdgeSamples(*_core.sample_edges(self._core, int(count), int(seed), threads))
+        return EdgeSamples(*sample_edges(self._core, int(count), int(seed), threads))
