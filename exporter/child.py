@@ -28,7 +28,8 @@ def _write(request: dict[str, Any], pipe: BinaryIO) -> None:
     with report.stage("write"):
         from .files import write_file
 
-        write_file(model, request["target"], request["via"], request["schema"])
+        store = request["source"] == "store"
+        write_file(model, request["target"], request["via"], request["schema"], faithful=store)
     answer = {
         "issues": model.issues,
         "seconds": report.as_dict()["seconds"],

@@ -12,6 +12,7 @@ from OCP.STEPCAFControl import STEPCAFControl_Writer
 
 from ..importer.errors import OutputError
 from .from_store import Rebuilt
+from .names import restore_names
 
 SCHEMAS = {"ap203": "AP203", "ap214": "AP214IS", "ap242": "AP242DIS"}
 # Our names of units (importer/units.py) in OpenCascade's words; for all others the file is in mm.
@@ -21,28 +22,36 @@ _UNITS = {
 }  # fmt: skip
 
 
-def write_file(model: Rebuilt, path: str, via: str, schema: str) -> None:
-    """Raises OutputError."""
+def write_file(model: Rebuilt, path: str, via: str, schema: str, *, faithful: bool = False) -> None:
+    """Raises OutputError.
+
+    faithful: mend what OpenCascade loses in STEP files where it can be mended. The file's uncertainty is the
+        greatest tolerance, not the average: its reader makes new p-curves for all edges that miss theirs
+        by more than that. Components keep their own names.
+    """
     if via == "brep":
         done = BRepTools.Write_s(model.world, path)
     elif via == "iges":
         done = _write_iges(model, path)
     else:
-        done = _write_step(model, path, schema)
+        done = _write_step(model, path, schema, faithful)
     if not done:
         raise OutputError(f"{path}: OpenCascade cannot write this model as {via.upper()}")
 
 
-def _write_step(model: Rebuilt, path: str, schema: str) -> bool:
+def _write_step(model: Rebuilt, path: str, schema: str, faithful: bool) -> bool:
     _set("write.step.schema", SCHEMAS[schema])
     _set("write.step.unit", _UNITS.get(model.unit, "MM"))
     _set("write.surfacecurve.mode", 1)
+    _set("write.precision.mode", 1 if faithful else 0)
     _set("write.stepcaf.subshapes.name", 1)
     writer = STEPCAFControl_Writer()
     for switch in ("Color", "Name", "Layer", "Props", "Material", "SHUO", "DimTol"):
         getattr(writer, f"Set{switch}Mode")(True)
     if not writer.Transfer(model.document):
         return False
+    if faithful:
+        restore_names(writer.ChangeWriter().Model(False), model.document)
     return bool(writer.Write(path) == IFSelect_ReturnStatus.IFSelect_RetDone)
 
 

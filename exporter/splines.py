@@ -1,6 +1,6 @@
 """Splines as arrays: Bezier pieces put together again, Bezier forms moved to other ends. No OpenCascade."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-_EPS = float(np.finfo(np.float64).eps)
-_SAME = 1e-14  # of the coordinates: what putting pieces together may move them
+_ROUNDING = 64 * float(np.finfo(np.float64).eps)  # of the coordinates, of a control point cut out of a spline
+_GAP = 1e-12  # of the range of parameters, between pieces
+_MOST_FITTED = 500  # control points: their matrix is dense
+_SAME = 1e-13  # of the coordinates: what putting pieces together may move them
 
 
 class CurveError(ValueError):
@@ -53,97 +55,105 @@ def joined(pieces: Any, ctrl_h: Floats, *, turned: bool = False) -> Spline:
     ends = [parts[0][0], *(t1 for _, t1, _ in parts)]
     if any(not a < b for a, b in pairwise(ends)):
         raise CurveError("pieces that do not follow each other")
+    if any(abs(b[0] - a[1]) > _GAP * (ends[-1] - ends[0]) for a, b in pairwise(parts)):
+        raise CurveError("pieces with a gap between them")
     return _smooth(degree, ends, [points for _, _, points in parts])
 
 
 def _smooth(degree: int, ends: list[float], parts: list[Floats]) -> Spline:
-    """The spline with the fewest knots that has these pieces: files cut smooth splines, and their readers
-    cut again what is smooth to one derivative only."""
-    inner = [
-        degree - _continuity(degree, ends[i : i + 3], parts[i], parts[i + 1]) for i in range(len(parts) - 1)
-    ]
-    if any(count < degree for count in inner):
-        spline = _spline(degree, ends, inner, parts)
-        if _agrees(spline, ends, parts):
+    """The spline with the fewest knots that has these pieces: files hold smooth splines, and readers cut
+    again what is smooth to one derivative only."""
+    at, ctrl = np.array(ends), np.array(parts)
+    full = np.full(len(parts) - 1, degree)
+    inner = degree - _continuity(degree, at, ctrl)
+    if (inner < degree).any():
+        spline = _spline(degree, at, inner, ctrl)
+        bound = _SAME * np.abs(ctrl).max()
+        if np.abs(_cut(spline, at) - ctrl).max() <= bound:
             return spline
-    return _spline(degree, ends, [degree] * len(inner), parts)
+        spline = _fitted(spline, at, ctrl)
+        if np.abs(_cut(spline, at) - ctrl).max() <= bound:
+            return spline
+    return _spline(degree, at, full, ctrl)
 
 
-def _continuity(degree: int, ends: list[float], left: Floats, right: Floats) -> int:
-    """How many derivatives (of the homogeneous curve) agree where two pieces meet, below the degree."""
-    a, t, b = ends
-    if b - t > t - a:  # carry the longer piece on over the shorter one: that loses less
-        a, t, b = -b, -t, -a
-        left, right = right[::-1], left[::-1]
-    s = (b - a) / (t - a)
-    rounding = 16.0 * _EPS * max(float(np.abs(left).max()), float(np.abs(right).max()))
-    row = left[::-1]
+def _continuity(degree: int, ends: Floats, ctrl: Floats) -> NDArray[np.intp]:
+    """How many derivatives (of the homogeneous curve) agree where pieces meet, below the degree.
+
+    ends (m + 1,), ctrl (m, degree + 1, d): of the pieces.
+    """
+    left, right = ctrl[:-1], ctrl[1:]
+    before, after = np.diff(ends[:-1]), np.diff(ends[1:])
+    # The longer piece is carried on over the shorter one: that loses less.
+    swap = (after > before)[:, None, None]
+    row, other = np.where(swap, right, left[:, ::-1]), np.where(swap, left[:, ::-1], right)
+    s = 1.0 + np.minimum(before, after) / np.maximum(before, after)
+    smooth = np.ones(len(left), dtype=bool)
+    found = np.zeros(len(left), dtype=np.intp)
+    bound = _ROUNDING * np.abs(ctrl).max() * np.ones(len(left))
     for k in range(degree):
-        # row[0]: the left piece's control point k of its continuation over [t, b]
-        if np.abs(row[0] - right[k]).max() > rounding * (2.0 * s) ** k:
-            return max(k - 1, 0)
-        row = (1.0 - s) * row[1:] + s * row[:-1]
-    return degree - 1
+        # row[:, 0]: control point k of the longer piece's continuation over the shorter one
+        smooth &= np.abs(row[:, 0] - other[:, k]).max(axis=1) <= bound
+        found[smooth] = k
+        row = (1.0 - s)[:, None, None] * row[:, 1:] + s[:, None, None] * row[:, :-1]
+        bound *= 2.0 * s
+    return found
 
 
-def _spline(degree: int, ends: list[float], inner: list[int], parts: list[Floats]) -> Spline:
-    counts = [degree + 1, *inner, degree + 1]
-    knots = [t for t, n in zip(ends, counts, strict=True) for _ in range(n)]
-    first = np.cumsum([0, *counts])  # index of the first of equal knots
-    points = []
-    for i in range(len(knots) - degree - 1):
-        wanted = knots[i + 1 : i + degree + 1]
-        # Pieces in whose knots the control point is one: those that begin at knots i to i + degree.
-        choices = [j for j in range(len(parts)) if i <= first[j + 1] - 1 <= i + degree]
-        points.append(min((_blossom(parts[j], ends[j], ends[j + 1], wanted) for j in choices), key=_loss)[1])
-    ctrl_h = np.array(points)
-    weight = parts[0][0, -1]
-    if all((part[:, -1] == weight).all() for part in parts):
-        ctrl_h[:, -1] = weight  # not rational, whatever rounding says
-    return Spline(degree, np.array(knots), ctrl_h)
+def _spline(degree: int, ends: Floats, inner: NDArray[np.intp], ctrl: Floats) -> Spline:
+    """inner: multiplicities of the inner knots."""
+    counts = np.concatenate([[degree + 1], inner, [degree + 1]])
+    knots = np.repeat(ends, counts)
+    last = np.cumsum(counts) - 1  # index of the last of equal knots: where a piece begins
+    piece = np.full(len(knots), -1)
+    piece[last[:-1]] = np.arange(len(ctrl))
+    # A control point is the polar form of any piece in whose knots it is one; the longest loses least.
+    index = np.arange(len(knots) - degree - 1)
+    around = index[:, None] + np.arange(degree + 1)
+    lengths = np.where(piece[around] >= 0, knots[around + 1] - knots[around], -1.0)
+    chosen = piece[around[index, np.argmax(lengths, axis=1)]]
+    work, a, b = ctrl[chosen], ends[chosen], ends[chosen + 1]
+    for level in range(1, degree + 1):
+        t = knots[index + level]
+        s = ((t - a) / (b - a))[:, None, None]
+        work = (1.0 - s) * work[:, :-1] + s * work[:, 1:]
+    points = work[:, 0]
+    weight = ctrl[0, 0, -1]
+    if (ctrl[:, :, -1] == weight).all():
+        points[:, -1] = weight  # not rational, whatever rounding says
+    return Spline(degree, knots, points)
 
 
-def _loss(found: tuple[float, Floats]) -> float:
-    return found[0]
+def _fitted(spline: Spline, ends: Floats, ctrl: Floats) -> Spline:
+    """Its control points from all pieces at once: those of high degree are lost to rounding when they come
+    from one piece alone."""
+    count = len(spline.ctrl_h)
+    if count > _MOST_FITTED:
+        return spline
+    unit = replace(spline, ctrl_h=np.eye(count))
+    matrix = _cut(unit, ends).reshape(-1, count)
+    points = np.linalg.lstsq(matrix, ctrl.reshape(len(matrix), -1), rcond=None)[0].astype(np.float64)
+    if np.ptp(spline.ctrl_h[:, -1]) == 0.0:
+        points[:, -1] = spline.ctrl_h[:, -1]
+    return replace(spline, ctrl_h=points)
 
 
-def _blossom(ctrl: Floats, a: float, b: float, at: list[float]) -> tuple[float, Floats]:
-    """How much rounding grows, and the value of the polar form of a Bezier piece over [a, b]."""
-    growth = 1.0
-    for t in at:
-        if t == a:
-            ctrl = ctrl[:-1]
-        elif t == b:
-            ctrl = ctrl[1:]
-        else:
-            s = (t - a) / (b - a)
-            growth *= abs(s) + abs(1.0 - s)
-            ctrl = (1.0 - s) * ctrl[:-1] + s * ctrl[1:]
-    return growth, ctrl[0]
-
-
-def _agrees(spline: Spline, ends: list[float], parts: list[Floats]) -> bool:
-    """Cutting the spline again gives the pieces, but for rounding."""
-    for j, ctrl in enumerate(parts):
-        scale = float(np.abs(ctrl).max())
-        for k, point in enumerate(ctrl):
-            at = [ends[j]] * (spline.degree - k) + [ends[j + 1]] * k
-            if np.abs(_polar(spline, ends[j], at) - point).max() > _SAME * scale:
-                return False
-    return True
-
-
-def _polar(spline: Spline, start: float, at: list[float]) -> Floats:
-    """The polar form of the segment that begins at a knot, by de Boor's triangle."""
+def _cut(spline: Spline, ends: Floats) -> Floats:
+    """The Bezier pieces of a spline (m, degree + 1, d), by de Boor's triangle."""
     p, knots = spline.degree, spline.knots
-    span = int(np.searchsorted(knots, start, side="right")) - 1
-    work = spline.ctrl_h[span - p : span + 1]
-    for level, t in enumerate(at, start=1):
-        low, high = knots[span - p + level : span + 1], knots[span + 1 : span + p - level + 2]
-        s = ((t - low) / (high - low))[:, None]
-        work = (1.0 - s) * work[:-1] + s * work[1:]
-    result: Floats = work[0]
-    return result
+    span = np.searchsorted(knots, ends[:-1], side="right") - 1
+    local = spline.ctrl_h[span[:, None] - p + np.arange(p + 1)]
+    pieces: Floats = np.empty_like(local)
+    for k in range(p + 1):
+        work = local
+        for level in range(1, p + 1):
+            t = ends[:-1] if level <= p - k else ends[1:]
+            low = knots[span[:, None] - p + level + np.arange(p - level + 1)]
+            high = knots[span[:, None] + 1 + np.arange(p - level + 1)]
+            s = ((t[:, None] - low) / (high - low))[:, :, None]
+            work = (1.0 - s) * work[:, :-1] + s * work[:, 1:]
+        pieces[:, k] = work[:, 0]
+    return pieces
 
 
 def distinct(knots: Floats) -> tuple[list[float], list[int]]:

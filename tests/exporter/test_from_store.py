@@ -29,7 +29,5 @@ def test_a_sample_comes_back_from_its_store(read_here, name):
         assert counts(part.shape) == counts(source)
         assert is_valid(part.shape) or not is_valid(source)
         (volume, area), (volume0, area0) = volume_and_area(part.shape), volume_and_area(source)
-        # OpenCascade integrates closed splines more or less finely, as they say they are periodic or not.
-        tolerance = 1e-4 if name.endswith("nurbs_solids.step") else 1e-11
-        assert area == pytest.approx(area0, rel=tolerance)
-        assert volume == pytest.approx(volume0, rel=tolerance, abs=tolerance * area0**1.5)
+        assert area == pytest.approx(area0, rel=1e-9)
+        assert volume == pytest.approx(volume0, rel=1e-9, abs=1e-9 * area0**1.5)

@@ -23,7 +23,7 @@ def outline(model):
     """What a model holds, apart from its geometry."""
     return (
         store_of(model).face_kinds(),
-        [(node.parent, node.prototype, node.placement) for node in model.tree],
+        [(node.name, node.parent, node.prototype, node.placement) for node in model.tree],
         model.prototype_names,
         model.prototype_colors.tolist(),
         model.unit,
