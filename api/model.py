@@ -209,12 +209,16 @@ class Model(Measured):
         projection: str = "orthographic",
         up: str = "z",
         zoom: float = 1.0,
+        beside: Sequence[Model] = (),
     ) -> Camera:
         """The camera of the picture that ``render`` makes of these, enlarged zoom times about its centre.
 
+        beside: other models to fit into the picture too, so that one camera can look at all of them.
         Raises EmptyError when no face can be drawn, UsageError.
         """
-        fitted = self._camera(parse_size(size), view, projection, up)
+        outlines = [model._extent[1] for model in (self, *beside) if len(model._extent[1])]
+        outline = np.concatenate(outlines) if beside and outlines else None
+        fitted = self._camera(parse_size(size), view, projection, up, outline)
         try:
             return Camera(fitted if zoom == 1.0 else fitted.zoomed(float(zoom)))
         except (_core.ArgumentError, TypeError, ValueError):
