@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .camera import Camera
     from .distances import Distances, EdgeSamples, Samples
     from .faces import Face, Instance
+    from .fidelity.comparing import compare
     from .frame import Frame
     from .hits import Hits
     from .importer.errors import (
@@ -68,12 +69,14 @@ __all__ = [
     "TriMesh",
     "UsageError",
     "__version__",
+    "compare",
     "load",
     "merge",
 ]
 
 _HOME = {
     "load": "loading",
+    "compare": "fidelity.comparing",
     "merge": "merging",
     "TriMesh": "tri_mesh",
     "MeshCheck": "tri_mesh",

@@ -38,6 +38,7 @@ def test_exported_names() -> None:
         "TriMesh",
         "UsageError",
         "__version__",
+        "compare",
         "load",
         "merge",
     ]

@@ -1,0 +1,52 @@
+"""Makers of findings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .record import Finding, Section
+
+# Findings of one name that are listed singly.
+kMany = 20
+
+
+def found(
+    section: Section,
+    name: str,
+    values: Sequence[Any],
+    same: bool,
+    unit: str = "",
+    difference: float | None = None,
+    tolerance: float | None = None,
+    *,
+    missing: bool = False,
+    where: str = "",
+    reason: str = "",
+) -> Finding:
+    """values: of A and of B."""
+    a, b = values
+    return Finding(section, name, a, b, bool(same), unit, difference, tolerance, missing, where, reason)
+
+
+def count(section: Section, name: str, values: Sequence[Any], where: str = "") -> Finding:
+    """Two numbers of things, which should be equal."""
+    a, b = (int(value) for value in values)
+    return Finding(section, name, a, b, a == b, difference=float(b - a), missing=a != b, where=where)
+
+
+def not_compared(section: Section, name: str, reason: str) -> Finding:
+    return Finding(section, name, None, None, True, reason=f"not compared: {reason}")
+
+
+def limited(findings: Iterable[Finding]) -> list[Finding]:
+    """The first of many findings of one name, and one that tells of the others."""
+    every = list(findings)
+    if len(every) <= kMany:
+        return every
+    rest = every[kMany:]
+    missing = any(finding.missing for finding in rest)
+    more = Finding(
+        rest[0].section, rest[0].name, None, None, False, missing=missing, reason=f"and {len(rest)} more"
+    )
+    return [*every[:kMany], more]
