@@ -1,5 +1,6 @@
 """Which entities of a STEP file did not arrive, and why."""
 
+import re
 from typing import Any
 
 from OCP.StepShape import StepShape_FaceSurface
@@ -13,6 +14,18 @@ _HARMLESS = ("No Length Uncertainty", "is an empty LIST", "not Derived", "is out
 
 # Entities of these packages of OCCT carry geometry and topology; the others styles, products, dimensions.
 _GEOMETRY_PACKAGES = ("StepGeom", "StepShape")
+
+# Records of other packages that place geometry.
+_PLACING = (
+    "PRODUCT_DEFINITION_SHAPE",
+    "SHAPE_DEFINITION_REPRESENTATION",
+    "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
+    "NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+)
+
+# What OCCT says of a record that names another one as what that is not, such as a shell of a face. It leaves
+# the member out. The number is that of the parameter, or of the member in a list.
+_NOT_ONE = re.compile(r"Parameter n\d+(?:\.(\d+))? \(([^)]*)\) : Entity has illegal type")
 
 
 class StepAudit:
@@ -42,11 +55,27 @@ class StepAudit:
             if fails:
                 reason = "; ".join(dict.fromkeys(fails[:3]))
                 groups.setdefault((self._kind(number), reason), []).append(number)
+                if self._package(number) == "StepShape" or self._kind(number) in _PLACING:
+                    self._lost_members(number, fails)
         for (kind, reason), numbers in groups.items():
             more = f" (and {len(numbers) - 1} more)" if len(numbers) > 1 else ""
-            package = type(self.model.Value(numbers[0])).__module__.rpartition(".")[2]
-            severity: Severity = "warning" if package in _GEOMETRY_PACKAGES else "note"
+            geometric = self._package(numbers[0]) in _GEOMETRY_PACKAGES
+            severity: Severity = "warning" if geometric else "note"
             self.report.add(self._label(numbers[0]), kind, reason + more, severity)
+
+    def _package(self, number: int) -> str:
+        """OCCT's, of an entity's type."""
+        return type(self.model.Value(number)).__module__.rpartition(".")[2]
+
+    def _lost_members(self, number: int, fails: list[str]) -> None:
+        """What a shell, face, loop, ... should have and does not get."""
+        label = self._label(number)
+        id = int(label[1:]) if label.startswith("#") else 0
+        for match in filter(None, map(_NOT_ONE.search, fails)):
+            member = self.text.member(id, int(match[1] or 0))
+            what = match[2].rpartition(".")[2] or "member"
+            reason = f"{self._kind(number)} {label} names it as its {what}, which it is not"
+            self.report.add(f"#{member}" if member else label, what, reason)
 
     def transfer(self, arrived: int) -> None:
         """Lost faces and changes by healing. arrived: distinct faces in the model."""

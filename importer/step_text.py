@@ -135,6 +135,19 @@ class StepText:
         match = re.search(rb"#%d\s*=([^;]*);" % number, self.data)
         return match[1] if match else b""
 
+    def member(self, number: int, position: int) -> int:
+        """The record that record #number refers to as its parameter of that position (1 is the first), or,
+        where that is none, as that member of its list; 0 where there is none."""
+        record = _STRING.sub(b"''", self.record(number)).partition(b"(")[2]
+        plain = re.sub(rb"\([^()]*\)", b"()", record).split(b",")
+        if 0 < position <= len(plain) and (
+            match := _REFERENCE.fullmatch(plain[position - 1].strip(b" \r\n)"))
+        ):
+            return int(match[1])
+        lists = [_REFERENCE.findall(found) for found in re.findall(rb"\(([^()]*)\)", record)]
+        members = next((found for found in lists if found), [])
+        return int(members[position - 1]) if 0 < position <= len(members) else 0
+
     def header(self) -> dict[str, str]:
         """schema, originating_system and preprocessor, as far as they are given."""
         head = self.data[:65536]

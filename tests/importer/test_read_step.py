@@ -1,6 +1,7 @@
 """STEP: colours, names, instances, units, references, and what the report says."""
 
 import math
+import re
 from pathlib import Path
 
 import make
@@ -11,6 +12,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 
 import trimray
 from trimray.importer import EmptyError, InputError
+from trimray.importer.step_text import StepText
 
 
 def test_box_arrives_with_six_faces_in_mm(read_here, tmp_path):
@@ -258,3 +260,34 @@ def test_unhealed_faces_lie_where_the_healed_ones_do(real_model, name):
     hit = np.isfinite(depths[0])
     assert hit.any() and (hit == np.isfinite(depths[1])).all()
     assert depths[1][hit] == pytest.approx(depths[0][hit], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("kind", "holder", "member"),
+    [
+        ("ADVANCED_FACE", "CLOSED_SHELL", "face"),
+        ("MANIFOLD_SOLID_BREP", "ADVANCED_BREP_SHAPE_REPRESENTATION", "representation_item"),
+        ("PLANE", "ADVANCED_FACE", "face_geometry"),
+        ("NEXT_ASSEMBLY_USAGE_OCCURRENCE", "PRODUCT_DEFINITION_SHAPE", "definition"),
+    ],
+)
+def test_what_a_record_names_and_does_not_get_is_an_error(
+    read_here, samples_dir, tmp_path, kind, holder, member
+):
+    """OpenCascade leaves such a member out, and without a word of it the rest would pass as the whole."""
+    text = (samples_dir / "assembly.step").read_text()
+    records = re.findall(rf"(#\d+) = {kind}\(", text)
+    lost = records[1]
+    path = tmp_path / "lost.step"
+    path.write_text(text.replace(f"{lost} = {kind}(", f"{lost} = UNKNOWN_RECORD("))
+    issues = read_here(path).report["issues"]
+    errors = [i for i in issues if i["severity"] == "error" and i["kind"] == member]
+    assert [i["entity"] for i in errors] == [lost]
+    assert errors[0]["reason"].startswith(holder) and "which it is not" in errors[0]["reason"]
+
+
+def test_members_are_found_as_parameters_and_in_lists():
+    text = StepText(b"#1=A('x,(#9)',#2,(#3,\n#4),.T.);\n#5=B('',(#6,#7));")
+    assert [text.member(1, k) for k in (2, 1, 3, 9)] == [2, 3, 0, 0]
+    assert [text.member(5, k) for k in (1, 2, 3)] == [6, 7, 0]
+    assert text.member(8, 1) == 0
