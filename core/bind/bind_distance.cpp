@@ -102,7 +102,7 @@ void bind_distance(nb::module_& m) {
             const std::size_t n = faces.size();
             return array(std::move(faces), {n});
           },
-          "(k,) int32: faces that are not, or not wholly, indexed.")
+          nb::rv_policy::move, "(k,) int32: faces that are not, or not wholly, indexed.")
       .def_prop_ro("bytes", [](const PointIndex& index) { return index.stats().bytes; })
       .def("nearest", &nearest, nb::arg("points"), nb::arg("edges") = false, nb::arg("threads") = 0,
            "distance (n,), point (n, 3), face (n,), instance (n,), edge (n,), uv (n, 2), band (n,), gap "
