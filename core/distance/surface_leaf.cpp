@@ -14,6 +14,8 @@ namespace {
 constexpr int kMaxCuts = 9;
 // A leaf is small enough when the distance is convex for points that are beside it by this share of its size.
 constexpr double kBeside = 0.25;
+// Strips no wider than this fraction of the prototype's diagonal are left out.
+constexpr double kNothing = 0.1 * kDistanceTol;
 
 const dvec4* restrict(const trace::Patch& patch, const dvec4* net, const Domain& d, std::vector<dvec4>& out) {
   const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
@@ -121,6 +123,12 @@ bool SurfaceLeaves::cut(std::int32_t index, const Domain& d, int depth, std::vec
   const dvec4* net = restrict(patch, pool_.net.data() + patch.net, d, storage);
   NetBound bound;
   if (!bound_net(net, du, dv, bound)) return false;
+  // A face may reach into a knot span by rounding alone: the strip there says nothing that its neighbours, or
+  // the edges, do not say.
+  const double diagonal = store_.prototypes[store_.faces[patch.face].prototype].bounds.diagonal();
+  if (depth == 0 && std::min(glm::length(bound.middle.u) + bound.turn_u,
+                             glm::length(bound.middle.v) + bound.turn_v) <= kNothing * diagonal)
+    return true;
   leaf.radius = bound.radius, leaf.middle = bound.middle.p;
   const dvec3 a = bound.middle.u, b = bound.middle.v;
   set_frame(a, b, leaf.axis);
