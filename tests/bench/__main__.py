@@ -26,7 +26,7 @@ import numpy as np
 import trimray
 from trimray import _core
 
-from . import batch, hybrid, levels, mesh, workers
+from . import batch, distance, hybrid, levels, mesh, workers
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = Path(os.environ.get("TRIMRAY_MODELS", ROOT.parent / "shared" / "models"))
@@ -152,6 +152,9 @@ def main() -> int:
     parser.add_argument("--pixels", type=float, nargs="+", default=levels.PIXELS, help="deviations, px")
     parser.add_argument("--time-limit", type=float, default=300.0, help="seconds for BRepMesh's child")
     arguments = sys.argv[1:]
+    if arguments[:1] == ["distance"]:
+        distance.main(arguments[1:], MODELS)
+        return 0
     if arguments[:1] == ["hybrid"]:
         return hybrid.main(arguments[1:])
     if arguments[:1] == ["workers"]:
