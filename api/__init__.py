@@ -37,6 +37,8 @@ if TYPE_CHECKING:
         TimeLimitError,
         UsageError,
     )
+    from .importer.inspect_file import inspect
+    from .importer.inspection import Inspection
     from .loading import load
     from .merging import merge
     from .model import Model
@@ -55,6 +57,7 @@ __all__ = [
     "Frame",
     "Hits",
     "InputError",
+    "Inspection",
     "Instance",
     "Issue",
     "LimitError",
@@ -70,6 +73,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "compare",
+    "inspect",
     "load",
     "merge",
 ]
@@ -93,6 +97,8 @@ _HOME = {
     "Hits": "hits",
     "Report": "report",
     "Issue": "report",
+    "inspect": "importer.inspect_file",
+    "Inspection": "importer.inspection",
 } | {name: "importer.errors" for name in __all__ if name.endswith("Error")}
 
 

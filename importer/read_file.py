@@ -1,7 +1,9 @@
 """Reads one file of any kind, in the process that calls it (the child); imports OCP."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from . import complete, occt
 from .errors import EmptyError, InputError
@@ -13,6 +15,16 @@ from .read_iges import read_iges
 from .read_step import read_step
 from .report import Report
 from .scene import Scene
+
+
+@dataclass(frozen=True)
+class ReadScene:
+    """A scene and what is known of its file. unit_mm: size of its unit. source: as of BrepModel."""
+
+    scene: Scene
+    unit: str
+    unit_mm: float
+    source: dict[str, Any]
 
 
 def read_file(
@@ -30,9 +42,17 @@ def read_file(
     """As reader.read_model, for an existing file of a B-rep. folder: scratch space. opened: what open_input
     said of it, with its report. Raises InputError and its kin."""
     report = report or Report(on_stage=on_stage)
-    occt.initialize()
     if opened is None:
         opened = open_input(path, name=name, folder=folder, memory_limit=memory_limit, report=report)
+    read = read_scene(opened, name=name, folder=folder, heal=heal, precision=precision, report=report)
+    return build_model(read.scene, report, unit=read.unit, unit_mm=read.unit_mm, source=read.source)
+
+
+def read_scene(
+    opened: InputFile, *, name: str, folder: str, heal: str, precision: float | None, report: Report
+) -> ReadScene:
+    """As read_file, before the shapes are written."""
+    occt.initialize()
     path, kind = opened.path, opened.kind
     if kind == "step":
         scene, unit, unit_mm, facts = read_step(
@@ -55,7 +75,7 @@ def read_file(
     if heal == "strict":
         with report.stage("heal"):
             complete.check_faces(scene, report, precision)
-    return build_model(scene, report, unit=unit, unit_mm=unit_mm, source={**opened.source, **facts})
+    return ReadScene(scene, unit, unit_mm, {**opened.source, **facts})
 
 
 def _name_roots(scene: Scene, stem: str) -> None:

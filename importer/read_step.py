@@ -62,9 +62,8 @@ def read_step(
             len(t.faces) + len(t.loose_surfaces) + len(t.tessellated) for t in (text, *externals)
         )
         arrived = _distinct_faces(scene)
-        audit = StepAudit(
-            reader.ChangeReader().WS(), text, report, changed="error" if heal == "strict" else "note"
-        )
+        scene.session = reader.ChangeReader().WS()
+        audit = StepAudit(scene.session, text, report, changed="error" if heal == "strict" else "note")
         audit.load()
         outside = sum(len(t.faces) + len(t.loose_surfaces) for t in externals)
         audit.transfer(max(0, arrived - outside))

@@ -43,7 +43,7 @@ def read_model(
         files. No other thread may be at work then.
     Raises an Error of errors.py; the caller's process never loads OpenCascade for a file.
     """
-    _check_arguments(heal, precision, time_limit, memory_limit)
+    check_arguments(heal, precision, time_limit, memory_limit)
     if not isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) and shapes.is_shape(source):
         return shapes.from_shape(source, name=name)
     with tempfile.TemporaryDirectory(prefix="trimray-") as folder:
@@ -52,9 +52,10 @@ def read_model(
         return run_child(request, time_limit=time_limit, progress=progress, start=start)
 
 
-def _check_arguments(
+def check_arguments(
     heal: str, precision: float | None, time_limit: float | None, memory_limit: int | None
 ) -> None:
+    """Raises UsageError for one that makes no sense."""
     if heal not in ("default", "off", "strict"):
         raise errors.UsageError(f"heal: '{heal}' is not one of default, off, strict")
     for argument, value in (

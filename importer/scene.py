@@ -4,6 +4,7 @@ Colours here are RGBA as OpenCascade holds them: linear RGB, straight alpha. ext
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from OCP.gp import gp_Trsf
 from OCP.TopLoc import TopLoc_Location
@@ -46,6 +47,9 @@ class Scene:
     parts: list[Part] = field(default_factory=list)
     nodes: list[Node] = field(default_factory=list)
     placed: list[Placed] = field(default_factory=list)
+    products: int = 0  # distinct ones, assemblies included
+    components: int = 0  # distinct uses of a product in an assembly
+    session: Any = None  # XSControl_WorkSession of the reader, where there was one
 
     def add_node(self, name: str, parent: int, local: TopLoc_Location) -> int:
         """Index of a new assembly node; ``place`` turns a node into a leaf."""

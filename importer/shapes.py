@@ -29,12 +29,19 @@ def from_shape(source: Any, *, name: str | None = None) -> BrepModel:
 
     Raises UsageError for a foreign object, EmptyError when there is no face in it.
     """
+    report = Report(format="shape")
+    scene, shown = scene_of(source, name, report)
+    from .extract import build_model
+
+    return build_model(scene, report, unit="mm", unit_mm=1.0, source={"name": shown})
+
+
+def scene_of(source: Any, name: str | None, report: Report) -> "tuple[Scene, str]":
+    """The scene of a shape, and what it is called. Raises as from_shape."""
     if not is_shape(source):
         raise UsageError(f"cannot take a shape from {type(source).__name__}")
-    from .extract import build_model
     from .scene import Scene
 
-    report = Report(format="shape")
     shown = name or str(
         getattr(source, "name", None) or getattr(source, "label", None) or type(source).__name__
     )
@@ -52,7 +59,7 @@ def from_shape(source: Any, *, name: str | None = None) -> BrepModel:
             scene = scene_of_shape(_wrapped(source), shown, _color(getattr(source, "color", None)))
     if not scene.placed:
         raise EmptyError(f"{shown}: no faces", report=report.as_dict())
-    return build_model(scene, report, unit="mm", unit_mm=1.0, source={"name": shown})
+    return scene, shown
 
 
 def scene_of_shape(shape: "TopoDS_Shape", name: str = "", color: "Color | None" = None) -> "Scene":

@@ -29,6 +29,7 @@ def read_document(document: TDocStd_Document) -> tuple[Scene, int]:
     walk.shapes.GetFreeShapes(free)
     for label in free:
         walk.visit(label, parent=-1, placement=TopLoc_Location(), inherited=None)
+    walk.scene.products, walk.scene.components = len(walk.products), len(walk.components)
     return walk.scene, walk.without_faces
 
 
@@ -38,6 +39,8 @@ class _Walk:
         self.colors: XCAFDoc_ColorTool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
         self.scene = Scene()
         self.without_faces = 0
+        self.products: set[str] = set()  # label entries
+        self.components: set[str] = set()
         self._parts: dict[str, int] = {}  # by label entry; -1: no face in it
 
     def visit(
@@ -61,10 +64,12 @@ class _Walk:
             target = TDF_Label()
             if not XCAFDoc_ShapeTool.GetReferredShape_s(label, target):
                 return
+            self.components.add(_entry(label))
             local = XCAFDoc_ShapeTool.GetLocation_s(label)
             component_color = self._color(label)
             overridden = overridden and label.HasChild()
             name = name or _name(target)
+        self.products.add(_entry(target))
         if XCAFDoc_ShapeTool.IsAssembly_s(target):
             placement = placement.Multiplied(local)
             node = self.scene.add_node(name, parent, local)
@@ -91,9 +96,7 @@ class _Walk:
         self.scene.place(node, part, placement.Multiplied(local), color)
 
     def _part(self, label: TDF_Label, shape: TopoDS_Shape) -> int:
-        entry = TCollection_AsciiString()
-        TDF_Tool.Entry_s(label, entry)
-        key = entry.ToCString()
+        key = _entry(label)
         if key not in self._parts:
             self._parts[key] = -1
             if faces_of(shape).Extent() > 0:
@@ -145,6 +148,12 @@ class _Walk:
             if self.colors.GetInstanceColor(shape, kind, color):
                 return _linear(color)
         return None
+
+
+def _entry(label: TDF_Label) -> str:
+    entry = TCollection_AsciiString()
+    TDF_Tool.Entry_s(label, entry)
+    return str(entry.ToCString())
 
 
 def _linear(color: Quantity_ColorRGBA) -> Color:

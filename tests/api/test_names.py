@@ -24,6 +24,7 @@ def test_exported_names() -> None:
         "Frame",
         "Hits",
         "InputError",
+        "Inspection",
         "Instance",
         "Issue",
         "LimitError",
@@ -39,6 +40,7 @@ def test_exported_names() -> None:
         "UsageError",
         "__version__",
         "compare",
+        "inspect",
         "load",
         "merge",
     ]

@@ -1,0 +1,335 @@
+"""How well edges, p-curves, surfaces and vertices of one prototype fit together.
+
+Every use of an edge is sampled at the same parameters of the edge, and the largest value is then refined
+between its neighbours; so a bulge that is narrower than a few samples may be underestimated, never
+overestimated.
+"""
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.GCPnts import GCPnts_AbscissaPoint
+from OCP.GeomAbs import GeomAbs_Shape
+from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
+from OCP.gp import gp_Pnt, gp_Vec
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Iterator
+
+from .inspect_shape import CoEdge, Walk, edge_role, has_surface
+from .inspection import Fault
+
+Array = npt.NDArray[np.float64]
+
+_SAMPLES = 17
+# Values below this are noise of the evaluation, and not refined: mm, radians.
+_FINE = 1e-9
+_REFINEMENTS = 16
+# Tolerances are set by sampling, too: what exceeds one by less than this is none of the file's faults.
+_SLACK = 1.1
+# A step of the golden section.
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass
+class EdgeFacts:
+    """As the columns of inspection.Edges."""
+
+    prototype: int
+    edge: int
+    faces: tuple[int, int]
+    uses: int
+    length: float
+    tolerance: float
+    deviation: float
+    gap: float
+    angle: float
+    smooth: bool
+
+
+@dataclass
+class EdgesOfPrototype:
+    facts: list[EdgeFacts]
+    faults: list[Fault]
+    strip: float  # mm^2: sum of length times deviation over all uses of edges
+
+
+def inspect_edges(walk: Walk, prototype: int) -> EdgesOfPrototype:
+    found = EdgesOfPrototype([], [], 0.0)
+    surfaces: dict[int, BRepAdaptor_Surface] = {}
+    for index in range(len(walk.edges)):
+        _inspect_edge(walk, prototype, index, surfaces, found)
+    return found
+
+
+def _inspect_edge(
+    walk: Walk,
+    prototype: int,
+    index: int,
+    surfaces: dict[int, BRepAdaptor_Surface],
+    found: EdgesOfPrototype,
+) -> None:
+    edge, uses = walk.edges[index], walk.coedges[index]
+    tolerance = BRep_Tool.Tolerance_s(edge)
+    numbers = [coedge.use.number for coedge in uses]
+    faces = (numbers[0], numbers[1] if len(numbers) > 1 else -1)
+    distinct = tuple(dict.fromkeys(numbers))
+    role = edge_role(walk, index)
+    facts = EdgeFacts(
+        prototype, index, faces, len(uses), 0.0, tolerance, 0.0, math.nan, math.nan, _is_smooth(edge, uses)
+    )
+    found.facts.append(facts)
+    if role == "free":
+        found.faults.append(Fault("free edge", "only one face uses it", prototype, distinct, index))
+    if role == "non-manifold":
+        ways = "" if len(uses) > 2 else " in one direction"
+        found.faults.append(
+            Fault("non-manifold edge", f"faces use it {len(uses)} times{ways}", prototype, distinct, index)
+        )
+    images = [image for coedge in uses if (image := _image(coedge, surfaces)) is not None]
+    path = _path(edge, role == "degenerate")
+    if path is None:
+        if images:
+            found.faults.append(
+                Fault("not checked", "the edge has no curve in space", prototype, distinct, index)
+            )
+        return
+    if role != "degenerate":
+        facts.length = path.length()
+        found.faults.extend(_vertices_off(edge, path, prototype, distinct, index))
+    samples = np.linspace(path.first, path.last, _SAMPLES)
+    on_path = np.array([path.point(t) for t in samples])
+    on_faces = []
+    for image in images:
+        points, normals = image.sample(samples)
+        on_faces.append((image, points, normals))
+        apart = np.linalg.norm(points - on_path, axis=1)
+        deviation = skew = _largest(samples, apart, _distance_of(image, path))
+        if deviation > _SLACK * tolerance and role != "degenerate":
+            deviation = min(path.largest_distance(image.sample(_fine_samples(path))[0]), skew)
+            if deviation <= _SLACK * tolerance and path.same_parameter:
+                what = "a curve on a face runs at other parameters than the edge"
+                found.faults.append(
+                    Fault("edge out of step", what, prototype, (image.number,), index, skew, tolerance)
+                )
+        facts.deviation = max(facts.deviation, deviation)
+        found.strip += deviation * facts.length
+    if facts.deviation > max(_SLACK * tolerance, path.resolution):
+        what = "a curve on a face is farther from the edge than its tolerance says"
+        found.faults.append(
+            Fault("edge off its face", what, prototype, distinct, index, facts.deviation, tolerance)
+        )
+    if role != "degenerate":
+        for (a, points_a, normals_a), (b, points_b, normals_b) in itertools.pairwise(on_faces):
+            gap = _largest(samples, np.linalg.norm(points_a - points_b, axis=1), _gap_of(a, b))
+            angle = _largest(samples, _angles(normals_a, normals_b), _angle_of(a, b))
+            facts.gap = float(np.fmax(facts.gap, gap))
+            facts.angle = float(np.fmax(facts.angle, angle))
+
+
+def _fine_samples(path: "_Path") -> Array:
+    """Where a distance from the curve is measured at whatever parameter: it cannot be refined cheaply."""
+    return np.linspace(path.first, path.last, 4 * (_SAMPLES - 1) + 1)
+
+
+class _Path:
+    """An edge in space. resolution: mm, the noise of evaluating it."""
+
+    def __init__(self, edge: TopoDS_Edge) -> None:
+        self.curve = BRepAdaptor_Curve(edge)
+        self.first, self.last = self.curve.FirstParameter(), self.curve.LastParameter()
+        self.same_parameter = BRep_Tool.SameParameter_s(edge)
+        start = self.point(self.first)
+        self.resolution = 1e-12 * max(1.0, float(np.abs(start).max()))
+
+    def point(self, t: float) -> tuple[float, ...]:
+        point: tuple[float, ...] = _coordinates(self.curve.Value(t))
+        return point
+
+    def length(self) -> float:
+        return float(GCPnts_AbscissaPoint.Length_s(self.curve))
+
+    def largest_distance(self, points: Array) -> float:
+        """Of points from the curve, at whatever parameter."""
+        curve = self.curve.Curve().Curve()
+        transform = self.curve.Trsf().Inverted()
+        scale = abs(self.curve.Trsf().ScaleFactor())
+        worst = 0.0
+        for point in points:
+            local = gp_Pnt(*point).Transformed(transform)
+            near = GeomAPI_ProjectPointOnCurve(local, curve, self.first, self.last)
+            ends = min(local.Distance(curve.Value(t)) for t in (self.first, self.last))
+            distance = min(near.LowerDistance(), ends) if near.NbPoints() else ends
+            worst = max(worst, scale * distance)
+        return worst
+
+
+class _Point(_Path):
+    """A degenerate edge: its vertex is all there is of it."""
+
+    def __init__(self, edge: TopoDS_Edge, vertex: tuple[float, ...]) -> None:
+        self.vertex = vertex
+        self.first, self.last = edge_range(edge)
+        self.same_parameter = True
+        self.resolution = 1e-12 * max(1.0, max(abs(x) for x in vertex))
+
+    def point(self, t: float) -> tuple[float, ...]:
+        return self.vertex
+
+    def length(self) -> float:
+        return 0.0
+
+
+def _path(edge: TopoDS_Edge, degenerate: bool) -> _Path | None:
+    if degenerate:
+        ends = _vertices(edge)
+        return _Point(edge, _coordinates(BRep_Tool.Pnt_s(ends[0][1]))) if ends else None
+    if BRep_Tool.Curve_s(edge, 0.0, 0.0) is None:
+        return None
+    path = _Path(edge)
+    return path if math.isfinite(path.first) and math.isfinite(path.last) else None
+
+
+def edge_range(edge: TopoDS_Edge) -> tuple[float, float]:
+    first, last = BRep_Tool.Range_s(edge)
+    return float(first), float(last)
+
+
+class _Image:
+    """A use of an edge: its p-curve on the face's surface."""
+
+    def __init__(self, coedge: CoEdge, curve: object, surface: BRepAdaptor_Surface) -> None:
+        self.curve, self.surface, self.number = curve, surface, coedge.use.number
+        self.flip = -1.0 if coedge.use.face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
+        self._point, self._u, self._v = gp_Pnt(), gp_Vec(), gp_Vec()
+
+    def point(self, t: float) -> tuple[float, ...]:
+        uv = self.curve.Value(t)  # type: ignore[attr-defined]
+        point: tuple[float, ...] = _coordinates(self.surface.Value(uv.X(), uv.Y()))
+        return point
+
+    def sample(self, at: Array) -> tuple[Array, Array]:
+        """Points and unit normals, outwards, (n, 3); a normal is nan where the surface has none."""
+        points, normals = [], []
+        d1, value = self.surface.D1, self.curve.Value  # type: ignore[attr-defined]
+        point, along_u, along_v = self._point, self._u, self._v
+        for t in at.tolist():
+            uv = value(t)
+            d1(uv.X(), uv.Y(), point, along_u, along_v)
+            points.append(_coordinates(point))
+            normals.append(_coordinates(along_u.Crossed(along_v)))
+        vectors = np.array(normals)
+        lengths: Array = np.linalg.norm(vectors, axis=1, keepdims=True)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            units = np.where(lengths > 1e-12 * max(1.0, float(lengths.max())), vectors / lengths, np.nan)
+        oriented: Array = self.flip * units
+        return np.array(points), oriented
+
+
+def _image(coedge: CoEdge, surfaces: dict[int, BRepAdaptor_Surface]) -> _Image | None:
+    use = coedge.use
+    if not has_surface(use.face):
+        return None
+    curve = BRep_Tool.CurveOnSurface_s(coedge.oriented, use.face, 0.0, 0.0)
+    if curve is None:
+        return None
+    if use.number not in surfaces:
+        surfaces[use.number] = BRepAdaptor_Surface(use.face, False)
+    return _Image(coedge, curve, surfaces[use.number])
+
+
+def _coordinates(triple: object) -> tuple[float, float, float]:
+    return triple.X(), triple.Y(), triple.Z()  # type: ignore[attr-defined]
+
+
+def _distance_of(image: _Image, path: _Path) -> Callable[[float], float]:
+    return lambda t: math.dist(image.point(t), path.point(t))
+
+
+def _gap_of(a: _Image, b: _Image) -> Callable[[float], float]:
+    return lambda t: math.dist(a.point(t), b.point(t))
+
+
+def _angle_of(a: _Image, b: _Image) -> Callable[[float], float]:
+    def angle(t: float) -> float:
+        at = np.array([t])
+        return float(_angles(a.sample(at)[1], b.sample(at)[1])[0])
+
+    return angle
+
+
+def _angles(a: Array, b: Array) -> Array:
+    """Between unit vectors, exact for small angles too; nan stays."""
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
+
+
+def _largest(samples: Array, values: Array, value: Callable[[float], float]) -> float:
+    """The largest value, refined about the largest sample by golden sections; nan where all are."""
+    known = np.nan_to_num(values, nan=-1.0)
+    best = int(np.argmax(known))
+    largest = float(values[best])
+    spread = largest - float(known[known >= 0.0].min()) if (known >= 0.0).any() else 0.0
+    if math.isnan(largest) or largest < _FINE or spread <= 1e-3 * largest:
+        return largest
+    low, high = float(samples[max(best - 1, 0)]), float(samples[min(best + 1, len(samples) - 1)])
+    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_a, at_b = value(a), value(b)
+    for _ in range(_REFINEMENTS):
+        largest = max(largest, at_a, at_b)
+        if at_a >= at_b:
+            high, b, at_b = b, a, at_a
+            a = high - _GOLDEN * (high - low)
+            at_a = value(a)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + _GOLDEN * (high - low)
+            at_b = value(b)
+    return largest
+
+
+def _is_smooth(edge: TopoDS_Edge, uses: list[CoEdge]) -> bool:
+    """Does the shape claim that the faces meet tangentially?"""
+    if len(uses) < 2:
+        return False
+    a, b = uses[0].use.face, uses[1].use.face
+    return bool(
+        BRep_Tool.HasContinuity_s(edge, a, b)
+        and BRep_Tool.Continuity_s(edge, a, b).value > GeomAbs_Shape.GeomAbs_C0.value
+    )
+
+
+def _vertices(edge: TopoDS_Edge) -> list[tuple[bool, object]]:
+    """(at the end, vertex) of the edge's ends."""
+    found = []
+    iterator = TopoDS_Iterator(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+    while iterator.More():
+        vertex = iterator.Value()
+        if vertex.ShapeType() == TopAbs_ShapeEnum.TopAbs_VERTEX and vertex.Orientation() in (
+            TopAbs_Orientation.TopAbs_FORWARD,
+            TopAbs_Orientation.TopAbs_REVERSED,
+        ):
+            at_end = vertex.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+            found.append((at_end, TopoDS.Vertex_s(vertex)))
+        iterator.Next()
+    return found
+
+
+def _vertices_off(
+    edge: TopoDS_Edge, path: _Path, prototype: int, faces: tuple[int, ...], index: int
+) -> list[Fault]:
+    faults = []
+    for at_end, vertex in _vertices(edge):
+        end = path.point(path.last if at_end else path.first)
+        distance = math.dist(end, _coordinates(BRep_Tool.Pnt_s(vertex)))
+        allowed = BRep_Tool.Tolerance_s(vertex)
+        if distance > max(allowed, path.resolution):
+            what = (
+                f"the vertex at its {'end' if at_end else 'start'} is farther from it than its tolerance says"
+            )
+            faults.append(Fault("vertex off its edge", what, prototype, faces, index, distance, allowed))
+    return faults

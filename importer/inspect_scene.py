@@ -1,0 +1,132 @@
+"""From a scene, as a reader leaves it, to an Inspection."""
+
+from collections import Counter
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from . import declared, inspect_mass, inspect_validity
+from .extract import build_model
+from .inspect_edges import EdgeFacts, inspect_edges
+from .inspect_mass import Measured
+from .inspect_shape import Walk, counts, walk_prototype
+from .inspection import Fault, Inspection, Prototype, Topology
+from .inspection_wire import edges_of
+from .model import BrepModel
+from .read_file import ReadScene
+from .report import Report
+from .validation import validation_properties
+
+
+@dataclass
+class _Part:
+    """What is known of one prototype."""
+
+    walk: Walk
+    measured: Measured
+    topology: Topology
+
+
+def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b"") -> Inspection:
+    """data: the file's bytes, b"" for a shape given in Python."""
+    scene = read.scene
+    with report.stage("measure"):
+        walks: list[Walk] = []
+        for part in scene.parts:
+            walks.append(walk_prototype(part.shape, sum(len(walk.faces) for walk in walks)))
+        bodies = [_part(walk) for walk in walks]
+    faults: list[Fault] = []
+    rows: list[EdgeFacts] = []
+    with report.stage("edges"):
+        for index, body in enumerate(bodies):
+            _add_edges(index, body, rows, faults)
+    with report.stage("check"):
+        for index, body in enumerate(bodies):
+            faults.extend(inspect_validity.check(body.walk, index))
+    model = build_model(scene, report, unit=read.unit, unit_mm=read.unit_mm, source=read.source)
+    places = Counter(model.instance_prototypes.tolist())
+    prototypes = tuple(
+        Prototype(
+            name=scene.parts[index].name,
+            instances=places[index],
+            faces=_face_range(walks, index),
+            topology=body.topology,
+            mass=body.measured.mass,
+        )
+        for index, body in enumerate(bodies)
+    )
+    topology = Topology()
+    for prototype in prototypes:
+        topology = topology.plus(prototype.topology.times(prototype.instances))
+    mass = inspect_mass.whole(
+        [body.measured for body in bodies], model.instance_prototypes.tolist(), model.instance_placements
+    )
+    entities = declared.entity_counts(report.format, data)
+    with report.stage("properties"):
+        properties = validation_properties(
+            data, scene, model, [body.measured for body in bodies], _diagonal(bodies, model)
+        )
+    return Inspection(
+        name=name,
+        format=report.format,
+        unit=read.unit,
+        unit_mm=read.unit_mm,
+        source=read.source,
+        entities=entities,
+        counts=declared.compare(report.format, entities, report, scene, prototypes),
+        lost=declared.lost_entities(report),
+        properties=properties,
+        topology=topology,
+        mass=mass,
+        prototypes=prototypes,
+        faults=tuple(faults),
+        edges=edges_of({f.name: [getattr(row, f.name) for row in rows] for f in fields(EdgeFacts)}),
+        face_areas=_areas(bodies),
+        report=report.as_dict(),
+        seconds=report.as_dict()["seconds"],
+    )
+
+
+def _part(walk: Walk) -> _Part:
+    measured = inspect_mass.measure(walk)
+    return _Part(walk, measured, counts(walk, len(measured.inside_out)))
+
+
+def _add_edges(index: int, part: _Part, rows: list[EdgeFacts], faults: list[Fault]) -> None:
+    """Adds the facts of a prototype's edges, and the noise of its mass properties that comes from them."""
+    found = inspect_edges(part.walk, index)
+    rows.extend(found.facts)
+    faults.extend(found.faults)
+    low, high = inspect_mass.rough_bounds(part.walk.shape)
+    # A strip of that area along the border contributes its area times the distance of its plane, over 3, to
+    # the volume that the divergence theorem gives.
+    reach = float(np.linalg.norm(high - low)) / 2
+    closed = any(shell.closed for shell in part.walk.shells)
+    volume_noise = found.strip * reach / 3 if closed else 0.0
+    mass = replace(part.measured.mass, area_noise=found.strip, volume_noise=volume_noise)
+    part.measured = replace(part.measured, mass=mass)
+    for shell in part.measured.inside_out:
+        numbers = tuple(use.number for use in part.walk.shells[shell].faces)
+        what = "a closed shell whose faces look inwards"
+        faults.append(Fault("inside out", what, index, numbers))
+
+
+def _face_range(walks: list[Walk], index: int) -> tuple[int, int]:
+    first = sum(len(walk.faces) for walk in walks[:index])
+    return first, first + len(walks[index].faces)
+
+
+def _areas(parts: list[_Part]) -> npt.NDArray[np.float64]:
+    return np.array([area for part in parts for area in part.measured.face_areas], dtype=np.float64)
+
+
+def _diagonal(parts: list[_Part], model: BrepModel) -> float:
+    """Roughly, of the whole model."""
+    corners = []
+    for part, placement in zip(model.instance_prototypes.tolist(), model.instance_placements, strict=True):
+        matrix = placement.reshape(3, 4)
+        box = np.array(inspect_mass.rough_bounds(parts[part].walk.shape))
+        for pick in np.ndindex(2, 2, 2):
+            corners.append(matrix[:, :3] @ box[pick, (0, 1, 2)] + matrix[:, 3])
+    return float(np.linalg.norm(np.ptp(np.array(corners), axis=0)))
