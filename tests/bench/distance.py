@@ -1,8 +1,8 @@
 """Distances from points to models: points/s a core beside BRepExtrema on the same points, in one run.
 
 `scripts/bench distance [MODEL ...]`. "on" are samples of the model's own faces, moved off them by up to 1e-4
-of the diagonal; "far" are random points of the bounds' box, twice as large. Seconds are processor time of this
-process, so that other work on the machine does not count; loading and indexing do not count either.
+of the diagonal; "far" are random points of the bounds' box, twice as large. Seconds are processor time of
+this process, so that other work on the machine does not count; loading and indexing do not count either.
 """
 
 from __future__ import annotations
