@@ -25,8 +25,9 @@ struct Nearest {
 // Accuracy of Nearest::distance, as a fraction of the model's diagonal, where gap is 0.
 inline constexpr double kDistanceTol = 1e-12;
 
-// Parts of patches and curves that one query halves before it gives up. Only points that are equally far from
-// a whole region of a surface come near it, as the axis of a nearly round tube is.
+// Parts of patches and curves that one query halves before it gives up; patches of high degrees count more.
+// Only points that are equally far from a whole region of a surface come near it, as the axis of a nearly
+// round tube is.
 inline constexpr int kMaxParts = 20000;
 
 }  // namespace trimray::distance

@@ -256,10 +256,12 @@ bool SurfaceLeaves::examine(const Query& query, const Domain& d, bool known_insi
           ? std::max({low - off, off - size - bound.radius, offset_bound(net, count, bound, patch.offset)})
           : low;
   if (!(least < wanted)) return false;
-  // All of an offset is far where its base is farther.
-  const double away = wanted < kInf ? wanted + off : size;
-  const SquareForm form = square_form(net, du, dv, away, work.coefficients);
-  if (wanted < kInf && form.keeps_away) return false;
+  SquareForm form;
+  // Is all of it certainly too far? Of an offset, where its base is farther by the offset.
+  const auto far = [&] {
+    form = square_form(net, du, dv, wanted < kInf ? wanted + off : size, work.coefficients);
+    return wanted < kInf && form.keeps_away;
+  };
   const Shape shape = shape_of(bound, false);
   bool found = false;
   if (off == 0.0) {
@@ -268,12 +270,14 @@ bool SurfaceLeaves::examine(const Query& query, const Domain& d, bool known_insi
     if ((shape.slope_u > 0 && d.u0 > rim.u0) || (shape.slope_u < 0 && d.u1 < rim.u1) ||
         (shape.slope_v > 0 && d.v0 > rim.v0) || (shape.slope_v < 0 && d.v1 < rim.v1))
       return false;
+    const bool settled = shape.convex || (shape.slope_u != 0 && (shape.slope_v != 0 || shape.convex_v)) ||
+                         (shape.slope_v != 0 && shape.convex_u);
+    if (!settled && far()) return false;
     const Foot foot = descend(whole, du, dv, d, query.q, 0.5 * (d.u0 + d.u1), 0.5 * (d.v0 + d.v1));
     found = offer(query.leaf, patch, foot, known_inside, query.q, best);
-    if (shape.convex || (shape.slope_u != 0 && (shape.slope_v != 0 || shape.convex_v)) ||
-        (shape.slope_v != 0 && shape.convex_u))
-      return found;
+    if (settled) return found;
   } else {
+    if (far()) return false;
     const Critical critical = critical_point(whole, du, dv, d, query.q);
     Foot foot = critical.foot;  // not beyond a pole, where the normal turns round
     foot.u = std::clamp(foot.u, d.u0, d.u1), foot.v = std::clamp(foot.v, d.v0, d.v1);
@@ -295,6 +299,7 @@ bool SurfaceLeaves::subdivide(const SurfaceLeaf& leaf, const dvec3& q, double sl
                               Workspace& work) const {
   const trace::Patch& patch = pool_.patches[leaf.patch];
   const Query query{leaf, patch, q, slack};
+  const int count = (patch.degree_u + 1) * (patch.degree_v + 1), cost = 1 + count * count / 4096;
   work.heap.clear();
   bool found = examine(query, leaf.domain, leaf.inside, best, work);
   while (!work.heap.empty()) {
@@ -306,7 +311,7 @@ bool SurfaceLeaves::subdivide(const SurfaceLeaf& leaf, const dvec3& q, double sl
       work.unsearched = std::min(work.unsearched, part.bound);
       break;
     }
-    --work.parts_left;
+    work.parts_left -= cost;
     const Domain& d = part.domain;
     Domain low = d, high = d;
     if (part.halve_u)
