@@ -25,6 +25,11 @@ def main(argument: str) -> None:
 def _write(request: dict[str, Any], pipe: BinaryIO) -> None:
     report = Report(on_stage=lambda stage: wire.send(pipe, {"stage": stage, "fraction": None}))
     model = _model(request, report)
+    if request["properties"] and request["via"] == "step":
+        from .properties import add_properties
+
+        with report.stage("measure"):
+            add_properties(model.document)
     with report.stage("write"):
         from .files import write_file
 

@@ -98,10 +98,13 @@ class DocumentBuilder:
                 self.issues.append(f"{node.name}: an assembly at the root has a place of its own")
             return
         alone = sum(n.part == node.part for n in self._nodes) == 1
-        if alone and node.color[0] < 0.0:
-            self._part(node.part, node.name, place)
+        if alone and node.color[0] < 0.0 and place.IsIdentity():
+            self._part(node.part, node.name)
             return
-        # A coloured or repeated instance is a component: it needs an assembly to be one of.
+        # A placed, coloured or repeated instance is a component: it needs an assembly to be one of.
+        self.issues.append(
+            f"{node.name}: a placed or coloured part at the root: now in an assembly of its own"
+        )
         holder = self._shapes.NewShape()
         set_name(holder, node.name)
         self._add_component(holder, index)
@@ -132,18 +135,17 @@ class DocumentBuilder:
         if node.color[0] >= 0.0:
             self._colors.SetColor(component, _rgba(node.color), _SURFACE)
 
-    def _part(self, number: int, name: str, place: TopLoc_Location | None = None) -> TDF_Label:
-        """name: for a part without one. place: where a part stands that is no component."""
+    def _part(self, number: int, name: str) -> TDF_Label:
+        """name: for a part without one."""
         if number in self._labels:
             return self._labels[number]
         part = self._parts[number]
-        shape = part.shape if place is None else part.shape.Moved(place)
-        label = self._labels[number] = self._shapes.AddShape(shape, False)
+        label = self._labels[number] = self._shapes.AddShape(part.shape, False)
         set_name(label, part.name or name)
         if part.color[0] >= 0.0:
             self._colors.SetColor(label, _rgba(part.color), _SURFACE)
         for face, color, face_name in part.faces:
-            sub = self._shapes.AddSubShape(label, face if place is None else face.Moved(place))
+            sub = self._shapes.AddSubShape(label, face)
             if sub.IsNull():
                 continue
             if color[0] >= 0.0:

@@ -9,7 +9,7 @@ from OCP.BinTools import BinTools_ShapeSet
 
 from ..importer import wire
 from ..importer.model import BrepModel
-from ..importer.occt import new_document
+from ..importer.occt import faces_of, new_document
 from .document import Color, DocumentBuilder, Part, kNoColor, location_of, nodes_of
 from .from_store import Rebuilt
 from .shapes import compound_of
@@ -28,11 +28,13 @@ def document_of(model: BrepModel) -> Rebuilt:
         for root, name, color in zip(roots, model.prototype_names, part_colors, strict=True)
     ]
     about: dict[str, Any] = model.meta()
+    holders = [faces_of(part.shape) for part in parts]
     for number in sorted(colors.keys() | model.face_names.keys()):
         face = shapes.Shape(number)
         entry = face, colors.get(number, kNoColor), model.face_names.get(number, "")
-        for part in parts:  # a document knows by itself which of them holds the face
-            part.faces.append(entry)
+        for part, held in zip(parts, holders, strict=True):
+            if held.Contains(face):
+                part.faces.append(entry)
     instances, placements = model.instance_prototypes.tolist(), model.instance_placements
     nodes = nodes_of(about, instances, placements, model.instance_colors)
     document = new_document()

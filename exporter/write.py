@@ -33,6 +33,7 @@ class WriteRequest(Request):
     via: str = "step"
     schema: str = "ap242"
     target: str = ""
+    properties: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ def write(
     *,
     via: Via = "step",
     schema: Schema = "ap242",
+    properties: bool = False,
     name: str | None = None,
     heal: str = "default",
     precision: float | None = None,
@@ -69,6 +71,8 @@ def write(
         build123d or OCP shape; or a Store, whose B-rep is made anew from its arrays alone.
     target: where the file goes; None: its bytes are in the answer.
     via: the format. schema: of STEP alone. name: what messages call the source.
+    properties: let STEP files say the volume, area and centroid of parts made of solids, integrated to 1e-9,
+        which takes its time on parts of many splines.
     heal, precision, time_limit (s), memory_limit (bytes), progress, start: as in importer.read_model.
     Raises UsageError, InputError, EmptyError, OutputError, TimeLimitError, MemoryLimitError.
     """
@@ -80,7 +84,17 @@ def write(
         kind, path, shown = _saved(source, name, Path(folder))
         output = Path(folder) / f"output{_SUFFIX[via]}"
         request = WriteRequest(
-            str(path), shown, folder, heal, precision, memory_limit, kind, via, schema, str(output)
+            str(path),
+            shown,
+            folder,
+            heal,
+            precision,
+            memory_limit,
+            kind,
+            via,
+            schema,
+            str(output),
+            properties,
         )
         answer = ask_child(
             request, module=f"{__package__}.child", time_limit=time_limit, progress=progress, start=start

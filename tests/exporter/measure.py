@@ -68,6 +68,13 @@ def volume_and_area(shape: TopoDS_Shape) -> tuple[float, float]:
     return volume.Mass(), area.Mass()
 
 
+def plain_area(shape: TopoDS_Shape) -> float:
+    """By the plain rule: of surfaces with the same knots."""
+    area = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, area)
+    return area.Mass()
+
+
 def is_valid(shape: TopoDS_Shape) -> bool:
     return bool(BRepCheck_Analyzer(shape).IsValid())
 

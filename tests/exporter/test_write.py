@@ -5,11 +5,13 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 
 import trimray.exporter
-from trimray.importer import InputError, OutputError, TimeLimitError, UsageError
+from trimray import _core
+from trimray.importer import InputError, OutputError, TimeLimitError, UsageError, shapes
 
 from .measure import store_of
 
@@ -82,3 +84,49 @@ def test_a_limit_ends_the_writing(tmp_path):
     with pytest.raises(TimeLimitError, match=r"not written within 0\.01 s"):
         write(SAMPLES / "patch.step", tmp_path / "out.step", time_limit=0.01)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_placed_part_keeps_its_place_name_and_colours(read_here, tmp_path):
+    cadquery = pytest.importorskip("cadquery")
+    assembly = cadquery.Assembly(
+        cadquery.Workplane().box(1, 2, 3),
+        name="brick",
+        loc=cadquery.Location((5, 6, 7), (0, 0, 1), 30),
+        color=cadquery.Color(0.5, 0.25, 0.125, 1.0),
+    )
+    written = write(assembly, tmp_path / "out.step")
+    assert ["assembly of its own" in reason for _, reason in written.issues] == [True]
+    before, after = shapes.from_shape(assembly), read_here(tmp_path / "out.step")
+    assert np.allclose(after.instance_placements, before.instance_placements, atol=1e-12)
+    assert np.allclose(after.instance_colors, before.instance_colors, atol=1e-6)
+    assert [node.name for node in after.tree] == ["brick", "brick"]
+
+
+def test_parts_may_say_their_volume_and_area(tmp_path):
+    data = write(BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape(), properties=True).data.decode()
+    assert measure(data, "VOLUME_MEASURE") == pytest.approx(6.0)
+    assert measure(data, "AREA_MEASURE") == pytest.approx(22.0)
+
+
+def measure(text, kind):
+    return float(text.split(f"{kind}(", 1)[1].split(")", 1)[0])
+
+
+def test_faces_of_triangles_go_through_brep(read_here, tmp_path):
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float64)
+    sides = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.int32)
+    colors = np.array([[0.5, 0.25, 0.75, 1.0]], dtype=np.float32)
+    store = _core.Store.from_triangles(points, sides, np.array([4], dtype=np.int32), colors, "{}")
+    write(store, tmp_path / "out.brep", via="brep")
+    arrays = store_of(read_here(tmp_path / "out.brep")).arrays()
+    assert np.array_equal(arrays["mesh_vertices"], points)
+    assert np.array_equal(arrays["mesh_triangles"], sides)
+
+
+def test_arrays_share_the_memory_of_their_store_and_cannot_be_written(read_here):
+    arrays = store_of(read_here(SAMPLES / "torture" / "cylinder.step")).arrays()
+    assert arrays["surfaces"]["r1"].max() > 0.0  # the store lives on in its arrays
+    filled = [array for array in arrays.values() if array.size]
+    assert len(filled) >= 12
+    assert not any(array.flags.writeable or array.flags.owndata for array in filled)
+    assert arrays["faces"].dtype["uv_box"].shape == (2, 2)
