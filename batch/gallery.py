@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import html
 import json
 import os
-import re
 from collections.abc import Iterable, Mapping
 from importlib import resources
 from typing import TYPE_CHECKING
 from urllib.parse import quote_from_bytes
 
-from trimray import OutputError, __version__
+from trimray import __version__
 from trimray.image_io import write_file
+from trimray.web_page import check_page, make_page, shown, texts_of
 
 from .record import STATUSES, Outcome, Settings
 from .run import settings_of
@@ -24,22 +21,10 @@ if TYPE_CHECKING:
 
 NAME = "index.html"
 
-# What tells a page of ours from someone else's, which is not overwritten.
-_MARK = '<meta name="generator" content="trimray '
-
 _SCRIPTS = ("gallery_entries.js", "gallery_grid.js", "gallery_detail.js", "gallery.js")
 
-# Everything that is not in the page itself is forbidden, pictures beside it excepted. "file:": a page that is
-# opened from a disk has no origin that 'self' could name.
-_POLICY = (
-    "default-src 'none'; img-src 'self' file: data:; style-src {style}; script-src {script}; "
-    "base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'"
-)
-
-# Characters that would break a line, or turn the reading direction of what stands beside them.
-_UNSEEN = re.compile(
-    r"[\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]"
-)
+# "file:": a page that is opened from a disk has no origin that 'self' could name.
+_IMAGES = "'self' file: data:"
 
 # A reason is one line; one longer than this is not an explanation.
 _LONGEST_REASON = 600
@@ -50,18 +35,7 @@ def check_gallery(folder: str | os.PathLike[str]) -> None:
 
     Raises OutputError where index.html is something else than a gallery of ours.
     """
-    path = os.path.join(os.fspath(folder), NAME)
-    if not os.path.lexists(path):
-        return
-    start = b""
-    if os.path.isfile(path):  # a pipe would have no end
-        try:
-            with open(path, "rb") as file:
-                start = file.read(4096)
-        except OSError as error:
-            raise OutputError(f"{path}: not written: {error.strerror}") from None
-    if _MARK.encode() not in start:
-        raise OutputError(f"{path}: not written: it is there already, and no gallery of trimray's")
+    check_page(os.path.join(os.fspath(folder), NAME), "gallery")
 
 
 def write_gallery(
@@ -86,12 +60,21 @@ def write_gallery(
     rows = sorted(outcomes, key=lambda outcome: (outcome.path, outcome.target))
     root = _root(rows)
     data = {
-        "root": _shown(root),
+        "root": shown(root),
         "statuses": STATUSES,
         "aspect": settings.size[1] / settings.size[0] if settings else 1.0,
         "rows": [_row(outcome, folder, root, (sizes or {}).get(outcome.path, -1)) for outcome in rows],
     }
-    page = _page(title or os.path.basename(folder) or folder, settings, _json(data))
+    own = resources.files(__package__)
+    page = make_page(
+        *texts_of(own, "gallery.html"),
+        title=title or os.path.basename(folder) or folder,
+        note=_note(settings),
+        styles=texts_of(own, "gallery.css"),
+        scripts=texts_of(own, *_SCRIPTS),
+        data=data,
+        images=_IMAGES,
+    )
     path = os.path.join(folder, NAME)
     write_file(path, page)
     return path
@@ -128,7 +111,7 @@ def _row(outcome: Outcome, folder: str, root: str, size: int) -> list[str | int 
     """One entry, in the order in which gallery_entries.js takes it apart."""
     link = "" if outcome.status == "failed" else _link(outcome.target, folder)
     return [
-        _shown(os.path.relpath(os.path.abspath(outcome.path), root)),
+        shown(os.path.relpath(os.path.abspath(outcome.path), root)),
         link,
         STATUSES.index(outcome.status),
         outcome.drawn,
@@ -152,38 +135,8 @@ def _reason(outcome: Outcome) -> str:
     text = outcome.reason
     for known in (outcome.path, os.path.basename(outcome.path), outcome.status):
         text = text.removeprefix(f"{known}: ")
-    text = _shown(text)
+    text = shown(text)
     return text if len(text) <= _LONGEST_REASON else f"{text[: _LONGEST_REASON - 1]}…"
-
-
-def _shown(path: str) -> str:
-    """A path as text: what is not UTF-8, and what cannot be seen, in the escapes of Python and C."""
-    text = os.fsencode(path).decode("utf-8", "backslashreplace")
-    return _UNSEEN.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
-
-
-def _json(data: object) -> str:
-    """JSON that may stand inside <script>: no "<" can end it, or begin a comment."""
-    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    return text.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-
-
-def _page(title: str, settings: Settings | None, data: str) -> bytes:
-    style = _read("gallery.css")
-    script = "\n".join(_read(name) for name in _SCRIPTS)
-    policy = _POLICY.format(style=_source(style), script=_source(script))
-    parts = {
-        "mark": f'{_MARK}{html.escape(__version__)}">',
-        "policy": html.escape(policy, quote=False),
-        "title": html.escape(_shown(title)),
-        "note": html.escape(_note(settings)),
-        "style": style,
-        "data": data,
-        "script": script,
-    }
-    # One pass, so that a name such as {{script}} in the data stays what it is.
-    page = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _read("gallery.html"))
-    return page.encode()
 
 
 def _note(settings: Settings | None) -> str:
@@ -200,12 +153,3 @@ def _note(settings: Settings | None) -> str:
     if settings.heal != "default":
         words.append(f"heal {settings.heal}")
     return " · ".join([*words, f"trimray {__version__}"])
-
-
-def _source(text: str) -> str:
-    """The name of an inline style or script in a Content-Security-Policy."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
-
-
-def _read(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -1,7 +1,5 @@
 // The entries: taken apart, searched, filtered, sorted; and the state of all that as text for the address.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-
 const collator = new Intl.Collator(undefined, { numeric: true, sensitivity: "base" });
 
 // Without case and accents, so that "cafe" finds "Café" however its bytes compose the accent.

@@ -7,13 +7,6 @@ const CAPTION = 3.75; // rem: three lines below a picture
 // The bounds keep very flat or tall pictures from making the tiles useless.
 const aspect = Math.min(1.5, Math.max(0.5, data.aspect || 1));
 
-function make(tag, className, text) {
-  const element = document.createElement(tag);
-  if (className) element.className = className;
-  if (text !== undefined) element.textContent = text;
-  return element;
-}
-
 // A name that is cut in its middle when it is too long, since names of parts differ at their ends.
 function cutName(className, text, width) {
   const element = make("div", className);
