@@ -39,6 +39,7 @@ class Side:
     inspection: Any = None
     error: str = ""
     empty: bool = False  # it was read, and holds no face
+    failure: trimray.Error | None = None  # what reading it raised
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -108,7 +109,7 @@ def read(source: Any, *, name: str | None = None, **options: Any) -> Side:
         raise
     except trimray.Error as error:
         empty = isinstance(error, trimray.EmptyError)
-        return Side(shown or type(source).__name__, None, error=str(error), empty=empty)
+        return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
     return _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
 
 
