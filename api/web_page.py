@@ -1,5 +1,5 @@
-"""Self-contained pages for any browser, without a network: styles and scripts stand in the page, and no others
-are allowed in it."""
+"""Self-contained pages for any browser, without a network: styles and scripts stand in the page, and no
+others are allowed in it."""
 
 from __future__ import annotations
 
@@ -32,18 +32,16 @@ _UNSEEN = re.compile(
 
 
 def shown(text: str) -> str:
-    """A path or a name as text: what is not UTF-8, and what cannot be seen, in the escapes of Python and C."""
-    plain = os.fsencode(text).decode("utf-8", "backslashreplace") if _encodable(text) else text
-    return _UNSEEN.sub(lambda match: match[0].encode("unicode_escape").decode(), plain)
+    """A path or a name as text: what is not UTF-8, and what cannot be seen, in the escapes of Python."""
+    return _UNSEEN.sub(lambda match: match[0].encode("unicode_escape").decode(), encodable(text))
 
 
-def _encodable(text: str) -> bool:
-    """Not so: a lone surrogate that stands for no byte of a path."""
+def encodable(text: str) -> str:
+    """A path or a name with escapes for what is not UTF-8."""
     try:
-        os.fsencode(text)
-    except UnicodeEncodeError:
-        return False
-    return True
+        return os.fsencode(text).decode("utf-8", "backslashreplace")
+    except UnicodeEncodeError:  # a lone surrogate that stands for no byte
+        return text.encode("utf-8", "backslashreplace").decode()
 
 
 def make_page(
@@ -58,9 +56,9 @@ def make_page(
 ) -> bytes:
     """A page.
 
-    body: its HTML, in which {{title}} and {{note}} stand for these. styles, scripts: texts, put together in this
-        order behind the shared ones (web_page.css, web_page.js). data: JSON-able, for the scripts. images: sources that
-    the page's policy allows for them, such as "data:".
+    body: its HTML, in which {{title}} and {{note}} stand for these. styles, scripts: texts, put together in
+        this order behind the shared ones (web_page.css, web_page.js). data: JSON-able, for the scripts.
+    images: sources that the page's policy allows for them, such as "data:".
     """
     shared = resources.files(__package__)
     style = "\n".join([*texts_of(shared, "web_page.css"), *styles])

@@ -102,7 +102,8 @@ def app() -> None:
     """Exact pictures of STEP and IGES files, and watertight meshes of them.
 
     Exit codes: 0 complete; 1 done, but something is missing; 2 wrong usage; 3 input unreadable or without
-    faces; 4 output not written; 5 time or memory limit; 6 nothing to do; 70 internal error; 130 interrupted.
+    faces; 4 output not written; 5 time or memory limit; 6 nothing to do; 7 differences found; 70 internal
+    error; 130 interrupted.
     """
 
 
@@ -158,6 +159,24 @@ def _bench(**values: Any) -> int:
     return run(**values)
 
 
+def _check(**values: Any) -> int:
+    from .check import run
+
+    return run(**values)
+
+
+def _roundtrip(**values: Any) -> int:
+    from .roundtrip import run
+
+    return run(**values)
+
+
+def _compare(**values: Any) -> int:
+    from .compare import run
+
+    return run(**values)
+
+
 def _batch(**values: Any) -> int:
     from .batch import run
 
@@ -209,6 +228,31 @@ _command(
     _bench,
     "Say what each IN costs to draw: surfaces, triangles, boxes, intersections and frames per second of the "
     "standard and the hybrid tracer.",
+)
+
+
+_command(
+    "check",
+    _check,
+    "Hold each IN against itself: what the file declares (entities, volumes, areas, centroids) against what "
+    "arrived, faces that OpenCascade finds wrong, open and loose edges, gaps. Exit code 7 where something is "
+    "wrong.",
+)
+
+
+_command(
+    "roundtrip",
+    _roundtrip,
+    "Write each IN, read the written bytes back, and compare both: structure, topology, mass, geometry and "
+    "pictures; then once more. Exit code 7 where something differs.",
+)
+
+
+_command(
+    "compare",
+    _compare,
+    "Compare two models: structure, topology, mass, geometry and pictures. Exit code 7 where they differ.",
+    "A B",
 )
 
 

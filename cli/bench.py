@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from trimray import Error
+from .jobs import each_input, exit_code, read, tell_damage, tell_problems
+from .output import write_stdout
+from .progress import Sink
 
-from .jobs import exit_code, read, tell_damage, tell_problems
-from .output import say, write_stdout
-from .progress import progress_of
+if TYPE_CHECKING:
+    from trimray import Model
 
 _NAME = 30  # characters of a model's name in the table, at most
 
@@ -19,28 +20,26 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
     """Returns the exit code. options: of the table, by name."""
     from trimray.bench import measure
 
+    def work(source: str, name: str, progress: Sink) -> tuple[Model, dict[str, Any]]:
+        model = read(source, name, progress, options)
+        camera = model.camera(
+            options["size"], view=options["view"], projection=options["projection"], up=options["up"]
+        )
+        return model, measure(
+            model, camera, seeds=options["seeds"], repeat=options["repeat"], progress=progress
+        )
+
     codes: list[int] = []
     facts: list[dict[str, Any]] = []
-    for source in inputs:
-        name = "stdin" if source == "-" else source
-        try:
-            with progress_of(name, options["progress"], options["quiet"]) as progress:
-                model = read(source, name, options, progress)
-                camera = model.camera(
-                    options["size"], view=options["view"], projection=options["projection"], up=options["up"]
-                )
-                figures = measure(
-                    model, camera, seeds=options["seeds"], repeat=options["repeat"], progress=progress
-                )
-        except Error as error:
-            text = str(error)
-            say(text if name in text else f"{name}: {text}", error=True)
-            codes.append(error.exit_code)
-            facts.append({"input": source, "error": text})
+    for done in each_input(inputs, options, work):
+        if done.value is None:
+            codes.append(done.exit_code)
+            facts.append({"input": done.source, "error": done.error})
             continue
-        facts.append({"input": name, **figures})
-        tell_problems(name, model.report.reasons(), "trimray info --json")
-        codes.append(0 if tell_damage(name, model.report) and model.report.complete else 1)
+        model, figures = done.value
+        facts.append({"input": done.name, **figures})
+        tell_problems(done.name, model.report.reasons(), "trimray info --json")
+        codes.append(0 if tell_damage(done.name, model.report) and model.report.complete else 1)
     if options["json"]:
         data = facts[0] if len(inputs) == 1 else facts
         write_stdout(json.dumps(data, indent=2, ensure_ascii=False) + "\n")

@@ -6,29 +6,28 @@ import json
 from collections import Counter
 from typing import Any
 
-from trimray import EmptyError, Error, Model
+from trimray import EmptyError, Model
 from trimray.faces import Color
 
-from .jobs import exit_code, read, tell_damage, tell_problems
-from .output import say, write_stdout
-from .progress import progress_of
+from .jobs import each_input, exit_code, read, tell_damage, tell_problems
+from .output import write_stdout
+from .progress import Sink
 
 
 def run(inputs: tuple[str, ...], **options: Any) -> int:
     """Returns the exit code. options: of the table, by name."""
+
+    def work(source: str, name: str, progress: Sink) -> Model:
+        return read(source, name, progress, options)
+
     codes: list[int] = []
     facts: list[dict[str, Any]] = []
-    for source in inputs:
-        name = "stdin" if source == "-" else source
-        try:
-            with progress_of(name, options["progress"], options["quiet"]) as progress:
-                model = read(source, name, options, progress)
-        except Error as error:
-            text = str(error)
-            say(text if name in text else f"{name}: {text}", error=True)
-            codes.append(error.exit_code)
-            facts.append({"input": source, "error": text})
+    for done in each_input(inputs, options, work):
+        if done.value is None:
+            codes.append(done.exit_code)
+            facts.append({"input": done.source, "error": done.error})
             continue
+        name, model = done.name, done.value
         about = describe(name, model)
         facts.append(about)
         if not options["json"]:

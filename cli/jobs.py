@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from trimray import Error, UsageError, load
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 # Makes the output of a job: model, job, progress, start of the work on the clock of perf_counter; returns 0,
 # or 1 when it told of something that is missing. Raises Error.
 Make = Callable[["Model", Job, Sink, float], int]
+
+Value = TypeVar("Value")
 
 # Lines about missing faces on stderr, an input; the report names all.
 _MAX_NAMED = 20
@@ -45,6 +48,43 @@ def run_jobs(jobs: list[Job], options: dict[str, Any], make: Make, *, what: str,
 def exit_code(codes: list[int]) -> int:
     """Of several inputs: the common code, or 1 when some fared worse than others."""
     return codes[0] if len(set(codes)) == 1 else 1
+
+
+@dataclass(frozen=True)
+class Done(Generic[Value]):
+    """What became of an input: a value, or an error, which is told already, and its exit code."""
+
+    source: str
+    name: str
+    value: Value | None
+    error: str = ""
+    exit_code: int = 0
+
+
+def each_input(
+    inputs: tuple[str, ...], options: dict[str, Any], work: Callable[[str, str, Sink], Value]
+) -> Iterator[Done[Value]]:
+    """Does the work on every input, one after the other; one that fails does not end it.
+
+    work: of the source, what messages call it, and a progress.
+    """
+    for source in inputs:
+        name = name_of(source)
+        try:
+            with progress_of(name, options["progress"], options["quiet"]) as progress:
+                value = work(source, name, progress)
+        except Error as error:
+            text = tell_error(name, error)
+            yield Done(source, name, None, text, error.exit_code)
+        else:
+            yield Done(source, name, value)
+
+
+def tell_error(name: str, error: Error) -> str:
+    """A line on stderr, which names the input; returns it."""
+    text = str(error) if name in str(error) else f"{name}: {error}"
+    say(text, error=True)
+    return text
 
 
 def _run(job: Job, options: dict[str, Any], make: Make, trace: bool) -> list[dict[str, Any]]:
@@ -73,11 +113,9 @@ def _load(result: dict[str, Any], options: dict[str, Any], progress: Sink, prepa
     """None when it cannot be read, which is told."""
     name = name_of(result["input"])
     try:
-        return read(result["input"], name, options, progress, prepare)
+        return read(result["input"], name, progress, options, prepare)
     except Error as error:
-        text = str(error) if name in str(error) else f"{name}: {error}"
-        say(text, error=True)
-        result["error"], result["exit_code"] = text, error.exit_code
+        result["error"], result["exit_code"] = tell_error(name, error), error.exit_code
         return None
 
 
@@ -110,20 +148,19 @@ def _make(
         return error.exit_code
 
 
-def read(source: str, name: str, options: dict[str, Any], progress: Sink, prepare: bool = False) -> Model:
+def read(source: str, name: str, progress: Sink, options: dict[str, Any], prepare: bool = False) -> Model:
     """The model of a path or of stdin, under the options of the table. prepare: it will be drawn."""
-    data: str | bytes = sys.stdin.buffer.read() if source == "-" else source
-    return load(
-        data,
-        cache=options["cache"],
-        heal=options["heal"],
-        precision=options["precision"],
-        time_limit=options["time_limit"],
-        memory_limit=options["memory_limit"],
-        name=name,
-        progress=progress,
-        prepare=prepare,
-    )
+    return load(data_of(source), name=name, progress=progress, prepare=prepare, **loading_words(options))
+
+
+def data_of(source: str) -> str | bytes:
+    """The path, or the bytes of stdin."""
+    return sys.stdin.buffer.read() if source == "-" else source
+
+
+def loading_words(options: dict[str, Any]) -> dict[str, Any]:
+    """What every reading command hands on to ``load`` as it stands."""
+    return {name: options[name] for name in ["cache", "heal", "precision", "time_limit", "memory_limit"]}
 
 
 def drawing_words(options: dict[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ EXIT_CODES = (
     (4, "output not written"),
     (5, "time or memory limit reached"),
     (6, "nothing to do: batch found no file"),
+    (7, "differences found by check, roundtrip or compare"),
     (70, "internal error"),
     (130, "interrupted"),
 )
@@ -31,6 +32,9 @@ _COMMANDS = (
     ("mesh IN... -o OUT", "Write a watertight mesh of IN to OUT, within --deviation of the exact surfaces."),
     ("info IN... [--json]", "Say what is in each IN."),
     ("bench IN... [--json]", "Say what each IN costs to draw, by tracer."),
+    ("check IN...", "Hold each IN against itself: what it declares against what arrived, and what is wrong."),
+    ("roundtrip IN...", "Write each IN, read the written bytes back, and compare both; then once more."),
+    ("compare A B", "Compare two models."),
     (
         "batch PATH... -o DIR",
         "Draw every model in PATH to a picture of its own in DIR, each in isolation; unchanged ones stay.",

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from . import values
 from .batch_options import BATCH_OPTIONS
+from .fidelity_options import FIDELITY, FIDELITY_OPTIONS
 from .option import Option
 from .thumbnailer_options import THUMBNAILER_OPTIONS
 
-_ALL = ("render", "turntable", "mesh", "info", "bench", "batch")
+_ALL = ("render", "turntable", "mesh", "info", "bench", *FIDELITY, "batch")
 _ANY = (*_ALL, "thumbnailer")
 _WRITING = ("render", "turntable", "mesh")
 _VIEWING = (*_WRITING, "bench", "batch")
@@ -281,7 +282,13 @@ _FIRST: tuple[Option, ...] = (
         commands=(*_WRITING, "batch", "thumbnailer"),
     ),
     Option(
-        "json", ("--json",), "Print JSON.", default=False, flag=True, config=False, commands=("info", "bench")
+        "json",
+        ("--json",),
+        "Print JSON.",
+        default=False,
+        flag=True,
+        config=False,
+        commands=("info", "bench", *FIDELITY),
     ),
 )
 
@@ -315,7 +322,7 @@ _LAST: tuple[Option, ...] = (
     ),
 )
 
-OPTIONS = (*_FIRST, *BATCH_OPTIONS, *THUMBNAILER_OPTIONS, *_LAST)
+OPTIONS = (*_FIRST, *FIDELITY_OPTIONS, *BATCH_OPTIONS, *THUMBNAILER_OPTIONS, *_LAST)
 
 
 def options_of(command: str) -> tuple[Option, ...]:
