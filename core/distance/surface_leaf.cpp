@@ -149,7 +149,9 @@ bool SurfaceLeaves::cut(std::int32_t index, const Domain& d, int depth, std::vec
   const bool pole = !(glm::length(a) > 0.0) || !(glm::length(b) > 0.0);
   if (depth < kMaxCuts && !pole && !convex_for(leaf.hessian, near)) {
     Domain low = d, high = d;
-    if (bound.uu != bound.vv ? bound.uu > bound.vv : glm::length(a) >= glm::length(b))
+    // A strip that tapers along its length wants to be cut across it, whichever way it bends.
+    const bool tapers = bound.uv >= std::max(bound.uu, bound.vv);
+    if (tapers || bound.uu == bound.vv ? glm::length(a) >= glm::length(b) : bound.uu > bound.vv)
       low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
     else
       low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
