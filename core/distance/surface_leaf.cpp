@@ -150,8 +150,9 @@ bool SurfaceLeaves::cut(std::int32_t index, const Domain& d, int depth, std::vec
   if (depth < kMaxCuts && !pole && !convex_for(leaf.hessian, near)) {
     Domain low = d, high = d;
     // A strip that tapers along its length wants to be cut across it, whichever way it bends.
-    const bool tapers = bound.uv >= std::max(bound.uu, bound.vv);
-    if (tapers || bound.uu == bound.vv ? glm::length(a) >= glm::length(b) : bound.uu > bound.vv)
+    const double la = glm::length(a), lb = glm::length(b);
+    const bool tapers = bound.uv >= std::max(bound.uu, bound.vv) && std::max(la, lb) > 8.0 * std::min(la, lb);
+    if (tapers || bound.uu == bound.vv ? la >= lb : bound.uu > bound.vv)
       low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
     else
       low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
