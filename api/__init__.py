@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     )
     from .importer.inspect_file import inspect
     from .importer.inspection import Inspection
+    from .layers import Layer
     from .loading import load
     from .merging import merge
     from .model import Model
@@ -60,6 +61,7 @@ __all__ = [
     "Inspection",
     "Instance",
     "Issue",
+    "Layer",
     "LimitError",
     "MemoryLimitError",
     "MeshCheck",
@@ -97,6 +99,7 @@ _HOME = {
     "Hits": "hits",
     "Report": "report",
     "Issue": "report",
+    "Layer": "layers",
     "inspect": "importer.inspect_file",
     "Inspection": "importer.inspection",
 } | {name: "importer.errors" for name in __all__ if name.endswith("Error")}

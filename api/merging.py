@@ -48,8 +48,13 @@ def _merged_meta(models: Sequence[Model]) -> dict[str, Any]:
     instances: list[Any] = []
     tree: list[Any] = []
     named_faces: dict[str, str] = {}
+    layers: dict[str, dict[str, list[int]]] = {}
     faces = 0
     for model in models:
+        for name, layer in model.layers.items():
+            entry = layers.setdefault(name, {"faces": [], "instances": []})
+            entry["faces"] += [number + faces for number in layer.faces]
+            entry["instances"] += [number + len(instances) for number in layer.instances]
         meta = model._meta
         nodes, parts = len(tree), len(prototypes)
         # As many as the store has: what follows must not slip.
@@ -85,6 +90,7 @@ def _merged_meta(models: Sequence[Model]) -> dict[str, Any]:
         "instances": instances,
         "tree": tree,
         "named_faces": named_faces,
+        "layers": layers,
         "report": _merged_report(models),
         "source": {"files": [model._meta.get("source", {}) for model in models]},
     }

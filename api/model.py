@@ -18,6 +18,7 @@ from .frame import Frame
 from .hierarchy import Hierarchy
 from .hits import Hits, check_rays, portions_of
 from .importer.errors import EmptyError, UsageError
+from .layers import Layered
 from .measuring import Measured
 from .pictures import Look, Words, draw
 from .report import Report, make_report
@@ -36,7 +37,7 @@ Progress = Callable[[str, float | None], None]
 _PORTION = {"standard": 1 << 20, "reference": 1 << 10}
 
 
-class Model(Measured):
+class Model(Measured, Layered):
     """A model ready for rays. Made by ``load``; immutable; may be used from several threads."""
 
     def __init__(

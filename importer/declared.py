@@ -10,6 +10,8 @@ from .scene import Scene
 
 _RECORD = re.compile(rb"#\d+\s*=\s*([A-Z_0-9]+)\s*\(")
 _COMPLEX = re.compile(rb"#\d+\s*=\s*\(([^;]*)\)\s*;")
+_DEFINITION = re.compile(rb"#(\d+)\s*=\s*PRODUCT_DEFINITION(?:_WITH_ASSOCIATED_DOCUMENTS)?\s*\(")
+_SHAPE = re.compile(rb"=\s*PRODUCT_DEFINITION_SHAPE\s*\([^#;]*#(\d+)")
 _WORD = re.compile(rb"([A-Z_][A-Z_0-9]*)\s*\(")
 
 
@@ -27,8 +29,8 @@ def entity_counts(format: str, data: bytes) -> dict[str, int]:
 
 
 def compare(
-    format: str,
     entities: dict[str, int],
+    data: bytes,
     report: Report,
     scene: Scene,
     prototypes: tuple[Prototype, ...],
@@ -38,14 +40,14 @@ def compare(
     for prototype in prototypes:
         once = once.plus(prototype.topology)
     faces = Count("faces", report.faces_in_file, report.faces)
-    if format == "step":
-        return (faces, *_step(entities, scene, once))
-    if format == "iges":
+    if report.format == "step":
+        return (faces, *_step(entities, data, scene, once))
+    if report.format == "iges":
         return (faces, *_iges(entities, once))
     return (faces,)
 
 
-def _step(entities: dict[str, int], scene: Scene, once: Topology) -> tuple[Count, ...]:
+def _step(entities: dict[str, int], data: bytes, scene: Scene, once: Topology) -> tuple[Count, ...]:
     def total(*names: str) -> int:
         return sum(entities.get(name, 0) for name in names)
 
@@ -61,14 +63,20 @@ def _step(entities: dict[str, int], scene: Scene, once: Topology) -> tuple[Count
             once.shells,
         ),
         Count("closed shells", total("CLOSED_SHELL"), once.closed_shells),
-        Count("edges", total("EDGE_CURVE"), once.edges - once.degenerate_edges),
-        Count("vertices", total("VERTEX_POINT"), once.vertices),
-        Count("loops", total("FACE_BOUND", "FACE_OUTER_BOUND"), once.loops),
-        Count("products", total("PRODUCT"), scene.products),
+        Count("edges", total("EDGE_CURVE"), once.edges - once.degenerate_edges, False),
+        Count("vertices", total("VERTEX_POINT"), once.vertices, False),
+        Count("loops", total("FACE_BOUND", "FACE_OUTER_BOUND"), once.loops, False),
+        Count("products", _products(data), scene.products),
         Count("instances", total("NEXT_ASSEMBLY_USAGE_OCCURRENCE"), scene.components),
         Count("styled items", total("STYLED_ITEM", "OVER_RIDING_STYLED_ITEM"), None),
         Count("layers", total("PRESENTATION_LAYER_ASSIGNMENT"), None),
     )
+
+
+def _products(data: bytes) -> int:
+    """Product definitions that have a shape; materials and documents are products, too."""
+    definitions = set(_DEFINITION.findall(data))
+    return len(definitions & set(_SHAPE.findall(data)))
 
 
 def _iges(entities: dict[str, int], once: Topology) -> tuple[Count, ...]:

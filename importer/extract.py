@@ -31,6 +31,7 @@ def build_model(
                 face_colors[shape_set.Index(_at_origin(face))] = color
             for face, name in part.face_names:
                 face_names[shape_set.Index(_at_origin(face))] = name
+        layers = _layers(scene, shape_set)
         face_colors.pop(0, None)  # 0: not part of any prototype
         face_names.pop(0, None)
         stream = io.BytesIO()
@@ -49,6 +50,7 @@ def build_model(
         instance_colors=_encode([p.color for p in scene.placed]),
         prototype_names=tuple(part.name for part in scene.parts),
         face_names=face_names,
+        layers=layers,
         instances=tuple(Instance(scene.nodes[p.node].name, scene.path(p.node), p.node) for p in scene.placed),
         tree=tuple(TreeNode(n.name, n.parent, n.part, matrix(n.local)) for n in scene.nodes),
         unit=unit,
@@ -58,6 +60,27 @@ def build_model(
     )
     model.validate()
     return model
+
+
+def _layers(scene: Scene, shape_set: BinTools_ShapeSet) -> dict[str, dict[str, list[int]]]:
+    """As of BrepModel."""
+    found: dict[str, dict[str, list[int]]] = {}
+
+    def add(layer: str, kind: str, number: int) -> None:
+        known = found.setdefault(layer, {"prototypes": [], "instances": [], "shapes": []})[kind]
+        if number not in known[-1:]:
+            known.append(number)
+
+    for index, part in enumerate(scene.parts):
+        for layer in part.layers:
+            add(layer, "prototypes", index)
+        for face, layer in part.face_layers:
+            if shape := shape_set.Index(_at_origin(face)):
+                add(layer, "shapes", shape)
+    for index, placed in enumerate(scene.placed):
+        for layer in placed.layers:
+            add(layer, "instances", index)
+    return dict(sorted(found.items()))
 
 
 def _at_origin(shape: TopoDS_Shape) -> TopoDS_Shape:

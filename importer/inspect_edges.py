@@ -32,6 +32,8 @@ _FINE = 1e-9
 _REFINEMENTS = 16
 # Tolerances are set by sampling, too: what exceeds one by less than this is none of the file's faults.
 _SLACK = 1.1
+# Simpson's rule over all samples, of a range of length 1.
+_SIMPSON = np.array([1.0, *[4.0, 2.0] * ((_SAMPLES - 3) // 2), 4.0, 1.0]) / (3.0 * (_SAMPLES - 1))
 # A step of the golden section.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -56,14 +58,16 @@ class EdgeFacts:
 class EdgesOfPrototype:
     facts: list[EdgeFacts]
     faults: list[Fault]
-    strip: float  # mm^2: sum of length times deviation over all uses of edges
+    area_noise: float  # mm^2: what trimming at the edges rather than at the p-curves would change
+    volume_noise: float  # mm^3: what the strips between the p-curves of an edge would add
 
 
-def inspect_edges(walk: Walk, prototype: int) -> EdgesOfPrototype:
-    found = EdgesOfPrototype([], [], 0.0)
+def inspect_edges(walk: Walk, prototype: int, origin: Array) -> EdgesOfPrototype:
+    """origin: (3,) that the volume's integrals are about."""
+    found = EdgesOfPrototype([], [], 0.0, 0.0)
     surfaces: dict[int, BRepAdaptor_Surface] = {}
     for index in range(len(walk.edges)):
-        _inspect_edge(walk, prototype, index, surfaces, found)
+        _inspect_edge(walk, prototype, index, surfaces, found, origin)
     return found
 
 
@@ -73,6 +77,7 @@ def _inspect_edge(
     index: int,
     surfaces: dict[int, BRepAdaptor_Surface],
     found: EdgesOfPrototype,
+    origin: Array,
 ) -> None:
     edge, uses = walk.edges[index], walk.coedges[index]
     tolerance = BRep_Tool.Tolerance_s(edge)
@@ -118,18 +123,41 @@ def _inspect_edge(
                     Fault("edge out of step", what, prototype, (image.number,), index, skew, tolerance)
                 )
         facts.deviation = max(facts.deviation, deviation)
-        found.strip += deviation * facts.length
     if facts.deviation > max(_SLACK * tolerance, path.resolution):
         what = "a curve on a face is farther from the edge than its tolerance says"
         found.faults.append(
             Fault("edge off its face", what, prototype, distinct, index, facts.deviation, tolerance)
         )
     if role != "degenerate":
+        _add_noise(found, path, samples, on_path - origin, on_faces, origin)
         for (a, points_a, normals_a), (b, points_b, normals_b) in itertools.pairwise(on_faces):
             gap = _largest(samples, np.linalg.norm(points_a - points_b, axis=1), _gap_of(a, b))
             angle = _largest(samples, _angles(normals_a, normals_b), _angle_of(a, b))
             facts.gap = float(np.fmax(facts.gap, gap))
             facts.angle = float(np.fmax(facts.angle, angle))
+
+
+def _add_noise(
+    found: EdgesOfPrototype,
+    path: "_Path",
+    samples: Array,
+    arms: Array,
+    on_faces: list[tuple["_Image", Array, Array]],
+    origin: Array,
+) -> None:
+    """The strips between the edge and its images: how much area they have along each face, and how much
+    volume the divergence theorem gives them together. Both with their sign along one edge, without it between
+    edges."""
+    tangents = np.array([path.tangent(t) for t in samples])
+    weights = _SIMPSON * (path.last - path.first)
+    volume = 0.0
+    for image, points, normals in on_faces:
+        apart = points - (arms + origin)
+        strip = np.cross(apart, tangents)
+        found.area_noise += abs(float(np.nansum(weights * np.einsum("ij,ij->i", strip, normals))))
+        flux = float(np.sum(weights * np.einsum("ij,ij->i", arms + apart / 2, strip))) / 3.0
+        volume += -flux if image.reversed else flux
+    found.volume_noise += abs(volume)
 
 
 def _fine_samples(path: "_Path") -> Array:
@@ -150,6 +178,13 @@ class _Path:
     def point(self, t: float) -> tuple[float, ...]:
         point: tuple[float, ...] = _coordinates(self.curve.Value(t))
         return point
+
+    def tangent(self, t: float) -> tuple[float, ...]:
+        """Derivative by the parameter."""
+        along = gp_Vec()
+        self.curve.D1(t, gp_Pnt(), along)
+        tangent: tuple[float, ...] = _coordinates(along)
+        return tangent
 
     def length(self) -> float:
         return float(GCPnts_AbscissaPoint.Length_s(self.curve))
@@ -205,6 +240,7 @@ class _Image:
 
     def __init__(self, coedge: CoEdge, curve: object, surface: BRepAdaptor_Surface) -> None:
         self.curve, self.surface, self.number = curve, surface, coedge.use.number
+        self.reversed = coedge.reversed
         self.flip = -1.0 if coedge.use.face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
         self._point, self._u, self._v = gp_Pnt(), gp_Vec(), gp_Vec()
 

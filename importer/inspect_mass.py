@@ -106,11 +106,6 @@ def whole(parts: list[Measured], instances: list[int], placements: Array) -> Mas
     )
 
 
-def relative(a: float, b: float) -> float:
-    """|a - b| of b's size."""
-    return abs(a - b) / abs(b) if b else math.inf if a else 0.0
-
-
 def _count(walk: Walk, solid: int) -> int:
     return sum(shell.solid == solid for shell in walk.shells)
 

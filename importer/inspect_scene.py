@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
+from OCP.TopoDS import TopoDS_Shape
 
 from . import declared, inspect_mass, inspect_validity
 from .extract import build_model
@@ -16,6 +17,7 @@ from .inspection_wire import edges_of
 from .model import BrepModel
 from .read_file import ReadScene
 from .report import Report
+from .scene import Scene
 from .validation import validation_properties
 
 
@@ -64,9 +66,9 @@ def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b
     )
     entities = declared.entity_counts(report.format, data)
     with report.stage("properties"):
-        properties = validation_properties(
-            data, scene, model, [body.measured for body in bodies], _diagonal(bodies, model)
-        )
+        measured = [body.measured for body in bodies]
+        solids = [body.topology.solids for body in bodies]
+        properties = validation_properties(data, scene, model, measured, solids, _diagonal(bodies, model))
     return Inspection(
         name=name,
         format=report.format,
@@ -74,7 +76,7 @@ def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b
         unit_mm=read.unit_mm,
         source=read.source,
         entities=entities,
-        counts=declared.compare(report.format, entities, report, scene, prototypes),
+        counts=declared.compare(entities, data, report, scene, prototypes),
         lost=declared.lost_entities(report),
         properties=properties,
         topology=topology,
@@ -83,9 +85,30 @@ def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b
         faults=tuple(faults),
         edges=edges_of({f.name: [getattr(row, f.name) for row in rows] for f in fields(EdgeFacts)}),
         face_areas=_areas(bodies),
+        layers=_layers(scene, walks),
         report=report.as_dict(),
         seconds=report.as_dict()["seconds"],
     )
+
+
+def _layers(scene: Scene, walks: list[Walk]) -> dict[str, dict[str, list[int]]]:
+    found: dict[str, dict[str, set[int]]] = {}
+
+    def on(layer: str, kind: str) -> set[int]:
+        return found.setdefault(layer, {"faces": set(), "instances": set()})[kind]
+
+    for part, walk in zip(scene.parts, walks, strict=True):
+        for layer in part.layers:
+            on(layer, "faces").update(use.number for use in walk.faces)
+        by_shape: dict[TopoDS_Shape, list[int]] = {}
+        for use in walk.faces if part.face_layers else ():
+            by_shape.setdefault(use.face.TShape(), []).append(use.number)
+        for face, layer in part.face_layers:
+            on(layer, "faces").update(by_shape.get(face.TShape(), ()))
+    for index, placed in enumerate(scene.placed):
+        for layer in placed.layers:
+            on(layer, "instances").add(index)
+    return {name: {kind: sorted(ids) for kind, ids in sets.items()} for name, sets in sorted(found.items())}
 
 
 def _part(walk: Walk) -> _Part:
@@ -95,16 +118,15 @@ def _part(walk: Walk) -> _Part:
 
 def _add_edges(index: int, part: _Part, rows: list[EdgeFacts], faults: list[Fault]) -> None:
     """Adds the facts of a prototype's edges, and the noise of its mass properties that comes from them."""
-    found = inspect_edges(part.walk, index)
+    found = inspect_edges(part.walk, index, part.measured.moments.origin)
     rows.extend(found.facts)
     faults.extend(found.faults)
-    low, high = inspect_mass.rough_bounds(part.walk.shape)
-    # A strip of that area along the border contributes its area times the distance of its plane, over 3, to
-    # the volume that the divergence theorem gives.
-    reach = float(np.linalg.norm(high - low)) / 2
     closed = any(shell.closed for shell in part.walk.shells)
-    volume_noise = found.strip * reach / 3 if closed else 0.0
-    mass = replace(part.measured.mass, area_noise=found.strip, volume_noise=volume_noise)
+    mass = replace(
+        part.measured.mass,
+        area_noise=found.area_noise,
+        volume_noise=found.volume_noise if closed else 0.0,
+    )
     part.measured = replace(part.measured, mass=mass)
     for shell in part.measured.inside_out:
         numbers = tuple(use.number for use in part.walk.shells[shell].faces)

@@ -16,11 +16,23 @@ Severity = Literal["error", "warning", "note"]
 @dataclass(frozen=True)
 class Count:
     """declared: in the text of the file, None where it cannot say. arrived: in the model, None where nothing
-    of this kind is kept."""
+    of this kind is kept. Prototypes count once, as in the file.
+
+    exact: what is declared has to arrive as such. Edges, vertices and loops need not: OpenCascade cuts closed
+    faces open along seams, which joins loops and splits edges.
+    """
 
     name: str
     declared: int | None
     arrived: int | None
+    exact: bool = True
+
+    @property
+    def missing(self) -> int:
+        """How many of what has to arrive did not."""
+        if not self.exact or self.declared is None or self.arrived is None:
+            return 0
+        return max(0, self.declared - self.arrived)
 
 
 @dataclass(frozen=True)
@@ -40,7 +52,7 @@ class ValidationProperty:
     entity: "#12", its PROPERTY_DEFINITION. value, measured: mm, mm^2, mm^3; measured is None where there is
     nothing to measure. of: what it belongs to, such as "part bolt" or "instance bolt_3 in dm1"; prototype:
     its index, or -1. relative: |difference| / value; for a centroid the distance over the diagonal of the
-    model; None without a measured value. reason: why it has none, or is not to be compared.
+    model; None where there is nothing to compare. reason: why it has none, or is not to be compared.
     """
 
     entity: str
@@ -190,8 +202,8 @@ class Inspection:
     """All of it. ``topology`` and ``mass`` are of the whole model, every instance counted.
 
     entities: how many records of each type stand in the file's text (STEP: by name, IGES: by type number).
-    layers: name of a layer -> what is on it, as in ``Model.layers``. report: of the importer. face_areas:
-    (faces,) mm^2, by face number.
+    layers: name of a layer -> numbers of the "faces" and "instances" on it, as in ``Model.layers``.
+    report: of the importer. face_areas: (faces,) mm^2, by face number.
     """
 
     name: str

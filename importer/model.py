@@ -57,6 +57,8 @@ class BrepModel:
     instance_colors: Float32s  # (n, 4)
     prototype_names: tuple[str, ...] = ()
     face_names: dict[int, str] = field(default_factory=dict)  # shape index -> name
+    # name -> {"prototypes": [..], "instances": [..], "shapes": [..]} that are on a layer; shapes are faces
+    layers: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     instances: tuple[Instance, ...] = ()
     tree: tuple[TreeNode, ...] = ()
     unit: str = "mm"  # of the file
@@ -76,6 +78,7 @@ class BrepModel:
                 for n in self.tree
             ],
             "face_names": {str(shape): name for shape, name in self.face_names.items()},
+            "layers": self.layers,
             "report": self.report,
             "source": self.source,
         }

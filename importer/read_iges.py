@@ -41,7 +41,7 @@ def read_iges(
     reader = IGESCAFControl_Reader()
     reader.SetColorMode(True)
     reader.SetNameMode(True)
-    reader.SetLayerMode(False)
+    reader.SetLayerMode(True)
     with report.stage("parse"):
         status = reader.ReadFile(path)
     if status != IFSelect_ReturnStatus.IFSelect_RetDone:

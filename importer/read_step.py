@@ -39,7 +39,8 @@ def read_step(
     reader = STEPCAFControl_Reader()
     reader.SetColorMode(True)
     reader.SetNameMode(True)
-    for switch in ("Layer", "Props", "GDT", "Mat", "View", "Meta", "ProductMeta"):
+    reader.SetLayerMode(True)
+    for switch in ("Props", "GDT", "Mat", "View", "Meta", "ProductMeta"):
         getattr(reader, f"Set{switch}Mode")(False)
     reader.SetSHUOMode(True)
     with report.stage("parse"):

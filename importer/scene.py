@@ -23,6 +23,8 @@ class Part:
     # Later entries win: a solid's colour stands before those of its faces.
     face_colors: list[tuple[TopoDS_Shape, Color]] = field(default_factory=list)
     face_names: list[tuple[TopoDS_Shape, str]] = field(default_factory=list)
+    layers: tuple[str, ...] = ()
+    face_layers: list[tuple[TopoDS_Shape, str]] = field(default_factory=list)
 
 
 @dataclass
@@ -40,6 +42,7 @@ class Placed:
     node: int
     placement: TopLoc_Location
     color: Color | None = None
+    layers: tuple[str, ...] = ()  # its own and those of the assemblies above it
 
 
 @dataclass
@@ -56,9 +59,16 @@ class Scene:
         self.nodes.append(Node(name, parent, -1, local))
         return len(self.nodes) - 1
 
-    def place(self, node: int, part: int, placement: TopLoc_Location, color: Color | None) -> None:
+    def place(
+        self,
+        node: int,
+        part: int,
+        placement: TopLoc_Location,
+        color: Color | None,
+        layers: tuple[str, ...] = (),
+    ) -> None:
         self.nodes[node].part = part
-        self.placed.append(Placed(node, placement, color))
+        self.placed.append(Placed(node, placement, color, layers))
 
     def path(self, node: int) -> tuple[str, ...]:
         """Names from the root to the node."""

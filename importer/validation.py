@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from OCP.BRepGProp import BRepGProp
-from OCP.GProp import GProp_GProps
+from OCP.StepBasic import StepBasic_ProductDefinition
+from OCP.STEPConstruct import STEPConstruct_ValidationProps
 
 from . import inspect_mass
 from .inspect_mass import Measured
@@ -30,6 +30,7 @@ _QUANTITIES: dict[str, Quantity] = {
     "centre point": "centroid",
     "center point": "centroid",
 }
+_BLANK = "the file says 0 instead of a value"
 _DIMENSION = {"volume": 3, "area": 2}
 
 
@@ -52,14 +53,35 @@ class Target:
 
 
 def validation_properties(
-    data: bytes, scene: Scene, model: BrepModel, parts: list[Measured], diagonal: float
+    data: bytes,
+    scene: Scene,
+    model: BrepModel,
+    parts: list[Measured],
+    solids: list[int],
+    diagonal: float,
 ) -> tuple[ValidationProperty, ...]:
-    """data: the file's bytes. parts: by prototype. diagonal: mm, of the model, to judge centroids by."""
+    """data: the file's bytes. parts, and how many solids they have: by prototype. diagonal: mm, of the model,
+    to judge centroids by."""
     if _NAME.encode() not in data.lower().replace(b"_", b" ") or scene.session is None:
         return ()
     records = StepRecords(data)
-    targets = _Targets(data, records, scene, model, parts)
-    return tuple(_beside(found, targets.of(found.target), diagonal) for found in declared_properties(records))
+    targets = _Targets(data, records, scene, model, parts, solids)
+    declared = declared_properties(records)
+    # Some writers fill the form with zeros.
+    blank = {found.entity for found in declared if found.value == 0.0}
+    return tuple(
+        _beside(found, targets.of(found.target), diagonal, _why_apart(data, found, blank))
+        for found in declared
+    )
+
+
+def _why_apart(data: bytes, found: Declared, blank: set[int]) -> str:
+    """Why a value may be another than that of the shape, "" where there is no reason."""
+    if found.entity in blank:
+        return _BLANK
+    if found.quantity == "centroid" and b"density measure" in data:
+        return "the file gives densities, which the centroid of an assembly may include"
+    return ""
 
 
 def declared_properties(records: StepRecords) -> list[Declared]:
@@ -108,22 +130,19 @@ def _quantity(name: str) -> Quantity | None:
     return _QUANTITIES.get(text_of(name).lower().replace("_", " ").strip())
 
 
-def _beside(found: Declared, target: Target, diagonal: float) -> ValidationProperty:
+def _beside(found: Declared, target: Target, diagonal: float, why: str) -> ValidationProperty:
     measured: float | tuple[float, ...] | None = None
-    reason = target.reason
+    reason = target.reason or (why if why == _BLANK or target.prototype < 0 else "")
     if target.mass is not None:
         measured = getattr(target.mass, found.quantity)
         if found.quantity != "area" and target.mass.centroid is None:
             measured, reason = None, "nothing in it is closed"
     difference: float | None = None
-    if isinstance(measured, tuple) and isinstance(found.value, tuple):
-        difference = (
-            float(np.linalg.norm(np.subtract(measured, found.value))) / diagonal if diagonal else None
-        )
-    elif isinstance(measured, float) and isinstance(found.value, float):
-        if found.value == 0.0:
-            reason = "the file says 0" if measured else reason
-        difference = inspect_mass.relative(measured, found.value)
+    if isinstance(measured, tuple) and why != _BLANK and isinstance(found.value, tuple):
+        distance = float(np.linalg.norm(np.subtract(measured, found.value)))
+        difference = distance / diagonal if diagonal else None
+    elif isinstance(measured, float) and why != _BLANK and isinstance(found.value, float):
+        difference = abs(measured - found.value) / abs(found.value)
     return ValidationProperty(
         f"#{found.entity}",
         found.quantity,
@@ -140,9 +159,16 @@ class _Targets:
     """What properties belong to, and its mass properties."""
 
     def __init__(
-        self, data: bytes, records: StepRecords, scene: Scene, model: BrepModel, parts: list[Measured]
+        self,
+        data: bytes,
+        records: StepRecords,
+        scene: Scene,
+        model: BrepModel,
+        parts: list[Measured],
+        solids: list[int],
     ) -> None:
-        self.records, self.scene, self.model, self.parts = records, scene, model, parts
+        self.records, self.scene, self.model = records, scene, model
+        self.parts, self.solids = parts, solids
         self._numbers = {int(n): i for i, n in enumerate(StepText(data).record_ids, start=1)}
         self._worlds = _worlds(model)
         self._occurrences = Occurrences(records, model)
@@ -190,16 +216,17 @@ class _Targets:
         return Target(of, mass=self._below(node, self._worlds[self.model.tree[node].parent]))
 
     def _aspect(self, record: int, arguments: list[str]) -> Target:
-        """A body that a shape aspect picks out of a part."""
-        of = f"body #{record}"
+        """A body that a shape aspect picks out of a part: known where it is the part's only one."""
+        part = self.of(reference(arguments[2])) if len(arguments) > 2 else Target("")
         for usage in self.records.of_type("GEOMETRIC_ITEM_SPECIFIC_USAGE"):
             picked = self.records.parts(usage)["GEOMETRIC_ITEM_SPECIFIC_USAGE"]
             if len(picked) == 5 and reference(picked[2]) == record:
-                shape = self._shape(reference(picked[4]))
-                if shape is None:
-                    return Target(of, reason="the body that it belongs to did not arrive")
-                return Target(f"body {picked[4]}", mass=_mass_of_shape(shape))
-        return Target(of, reason="belongs to an aspect of a shape that names no body")
+                of = f"body {picked[4]} of {part.of}"
+                solid = any("BREP" in kind for kind in self.records.parts(reference(picked[4])))
+                if solid and part.prototype >= 0 and self.solids[part.prototype] == 1:
+                    return Target(of, part.prototype, part.mass)
+                return Target(of, part.prototype, reason="one of several bodies: not told apart")
+        return Target(f"an aspect of {part.of}", reason="it does not name a body")
 
     def _below(self, node: int, frame: npt.NDArray[np.float64]) -> Mass:
         """Of all that stands at or below a node, in coordinates of the frame (4, 4)."""
@@ -214,24 +241,17 @@ class _Targets:
                 placements.append((inverse @ _square(self.model.instance_placements[i]))[:3].ravel())
         return inspect_mass.whole(self.parts, parts, np.array(placements)) if parts else Mass()
 
-    def _shape(self, record: int) -> Any:
-        """What OpenCascade made of a record, None where it made no shape."""
-        number = self._numbers.get(record, 0)
+    def _shape(self, definition: int) -> Any:
+        """What OpenCascade made of a PRODUCT_DEFINITION, None where it made no shape."""
+        number = self._numbers.get(definition, 0)
         model = self.scene.session.Model()
         if not 0 < number <= model.NbEntities() or len(self._numbers) != model.NbEntities():
             return None
-        shape = self.scene.session.TransferReader().ShapeResult(model.Value(number))
+        entity = model.Value(number)
+        if not isinstance(entity, StepBasic_ProductDefinition):
+            return None
+        shape = STEPConstruct_ValidationProps(self.scene.session).GetPropShape(entity)
         return None if shape is None or shape.IsNull() else shape
-
-
-def _mass_of_shape(shape: Any) -> Mass:
-    volume, area = GProp_GProps(), GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, volume, 1e-10, True, False)
-    BRepGProp.SurfaceProperties_s(shape, area, 1e-10, False)
-    if volume.Mass() == 0.0:
-        return Mass(area=area.Mass())
-    centre = volume.CentreOfMass()
-    return Mass(volume=volume.Mass(), area=area.Mass(), centroid=(centre.X(), centre.Y(), centre.Z()))
 
 
 def _square(placement: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -58,6 +58,7 @@ def send_model(pipe: BinaryIO, model: BrepModel | MeshModel) -> None:
     header = {
         "prototype_names": model.prototype_names,
         "face_names": list(model.face_names.items()),
+        "layers": model.layers,
         "instances": [(i.name, i.path, i.node) for i in model.instances],
         "tree": [(n.name, n.parent, n.prototype, n.placement) for n in model.tree],
         "unit": model.unit,
@@ -81,6 +82,7 @@ def model_of(header: dict[str, Any], blobs: list[bytes]) -> BrepModel | MeshMode
         **arrays,
         prototype_names=tuple(header["prototype_names"]),
         face_names={int(shape): name for shape, name in header["face_names"]},
+        layers=header["layers"],
         instances=tuple(Instance(name, tuple(path), node) for name, path, node in header["instances"]),
         tree=tuple(TreeNode(n, parent, prototype, tuple(p)) for n, parent, prototype, p in header["tree"]),
         unit=header["unit"],

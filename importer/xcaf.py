@@ -1,4 +1,4 @@
-"""From an XCAF document to a Scene: tree, instances, names, colours.
+"""From an XCAF document to a Scene: tree, instances, names, colours, layers.
 
 Colours follow OCCT's rule: what stands deeper in the tree wins, a component's own colour wins over its
 part's, and a surface colour over a generic one. A colour given to one occurrence deep in the tree (STEP's
@@ -6,14 +6,20 @@ overriding styles of a specified higher usage) wins over all of these. Curve col
 """
 
 from OCP.Quantity import Quantity_ColorRGBA
-from OCP.TCollection import TCollection_AsciiString
+from OCP.TCollection import TCollection_AsciiString, TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label, TDF_LabelSequence, TDF_Tool
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
-from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+from OCP.XCAFDoc import (
+    XCAFDoc_ColorTool,
+    XCAFDoc_ColorType,
+    XCAFDoc_DocumentTool,
+    XCAFDoc_LayerTool,
+    XCAFDoc_ShapeTool,
+)
 
 from .occt import faces_of
 from .scene import Color, Part, Scene
@@ -37,6 +43,7 @@ class _Walk:
     def __init__(self, document: TDocStd_Document) -> None:
         self.shapes: XCAFDoc_ShapeTool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
         self.colors: XCAFDoc_ColorTool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+        self._layers = _layers_of(document)
         self.scene = Scene()
         self.without_faces = 0
         self.products: set[str] = set()  # label entries
@@ -51,9 +58,11 @@ class _Walk:
         placement: TopLoc_Location,
         inherited: Color | None,
         overridden: bool = True,
+        layers: tuple[str, ...] = (),
     ) -> None:
         """label: a free shape, or a component of an assembly (a reference with a location).
 
+        layers: of the assemblies above.
         overridden: every component so far says that styles of single occurrences pass through it.
         """
         target = label
@@ -64,7 +73,9 @@ class _Walk:
             target = TDF_Label()
             if not XCAFDoc_ShapeTool.GetReferredShape_s(label, target):
                 return
-            self.components.add(_entry(label))
+            entry = _entry(label)
+            self.components.add(entry)
+            layers += self._layers.get(entry, ())
             local = XCAFDoc_ShapeTool.GetLocation_s(label)
             component_color = self._color(label)
             overridden = overridden and label.HasChild()
@@ -74,11 +85,17 @@ class _Walk:
             placement = placement.Multiplied(local)
             node = self.scene.add_node(name, parent, local)
             color = component_color or self._color(target) or inherited
+            layers += self._layers.get(_entry(target), ())
             components = TDF_LabelSequence()
             XCAFDoc_ShapeTool.GetComponents_s(target, components)
             for component in components:
                 self.visit(
-                    component, parent=node, placement=placement, inherited=color, overridden=overridden
+                    component,
+                    parent=node,
+                    placement=placement,
+                    inherited=color,
+                    overridden=overridden,
+                    layers=layers,
                 )
             return
         shape = XCAFDoc_ShapeTool.GetShape_s(target)
@@ -93,7 +110,7 @@ class _Walk:
         if color is None and self.scene.parts[part].color is None:
             color = inherited
         node = self.scene.add_node(name, parent, local)
-        self.scene.place(node, part, placement.Multiplied(local), color)
+        self.scene.place(node, part, placement.Multiplied(local), color, layers)
 
     def _part(self, label: TDF_Label, shape: TopoDS_Shape) -> int:
         key = _entry(label)
@@ -101,13 +118,14 @@ class _Walk:
             self._parts[key] = -1
             if faces_of(shape).Extent() > 0:
                 part = Part(shape.Located(TopLoc_Location()), _name(label), self._color(label))
+                part.layers = self._layers.get(key, ())
                 self._read_subshapes(label, part)
                 self.scene.parts.append(part)
                 self._parts[key] = len(self.scene.parts) - 1
         return self._parts[key]
 
     def _read_subshapes(self, label: TDF_Label, part: Part) -> None:
-        """Colours and names of solids, shells and faces of a part."""
+        """Colours, names and layers of solids, shells and faces of a part."""
         subshapes = TDF_LabelSequence()
         XCAFDoc_ShapeTool.GetSubShapes_s(label, subshapes)
         inner: list[tuple[int, TopoDS_Shape, Color]] = []
@@ -122,6 +140,8 @@ class _Walk:
                 TopAbs_ShapeEnum.TopAbs_WIRE,
             ):
                 continue
+            for layer in self._layers.get(_entry(sub), ()) if self._layers else ():
+                part.face_layers.extend((face, layer) for face in faces_of(shape))
             color = self._color(sub)
             if color is not None:
                 inner.append((int(kind.value), shape, color))
@@ -148,6 +168,23 @@ class _Walk:
             if self.colors.GetInstanceColor(shape, kind, color):
                 return _linear(color)
         return None
+
+
+def _layers_of(document: TDocStd_Document) -> dict[str, tuple[str, ...]]:
+    """Label entry of a shape -> names of the layers that it is on."""
+    tool: XCAFDoc_LayerTool = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
+    found: dict[str, tuple[str, ...]] = {}
+    labels = TDF_LabelSequence()
+    tool.GetLayerLabels(labels)
+    for label in labels:
+        text = TCollection_ExtendedString()
+        members = TDF_LabelSequence()
+        if tool.GetLayer(label, text):
+            XCAFDoc_LayerTool.GetShapesOfLayer_s(label, members)
+            for member in members:
+                entry = _entry(member)
+                found[entry] = (*found.get(entry, ()), text.ToExtString())
+    return found
 
 
 def _entry(label: TDF_Label) -> str:

@@ -27,6 +27,7 @@ def test_exported_names() -> None:
         "Inspection",
         "Instance",
         "Issue",
+        "Layer",
         "LimitError",
         "MemoryLimitError",
         "MeshCheck",

@@ -24,6 +24,7 @@ def test_meta_is_json_with_the_agreed_keys(model):
         "instances",
         "tree",
         "face_names",
+        "layers",
         "report",
         "source",
     }
