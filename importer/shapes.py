@@ -5,6 +5,7 @@ imported for an object that can have come from it. The shapes are taken as they 
 """
 
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from .errors import EmptyError, UsageError
@@ -136,7 +137,7 @@ class _AssemblyWalk:
             ("_subshape_names", part.face_names),
         ):
             values = getattr(assembly, attribute, None)
-            if not isinstance(values, dict):
+            if not isinstance(values, Mapping):
                 continue
             for shape, value in values.items():
                 if _wrapped(shape) is None or shape.wrapped.ShapeType().name != "TopAbs_FACE":
