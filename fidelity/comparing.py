@@ -11,8 +11,10 @@ from trimray.views import choose
 
 from .colors import compare_colors
 from .findings import found
+from .geometry import compare_geometry
 from .mass import compare_mass
 from .match import match
+from .pcurves import compare_pcurves
 from .pictures import VIEWS, compare_pictures, kSize
 from .record import Comparison, Finding, Picture, Verdict, verdict_of
 from .side import Side, read
@@ -32,6 +34,7 @@ def compare(
     views: Sequence[str] = VIEWS,
     size: tuple[int, int] = kSize,
     images: bool = True,
+    inspect: bool = True,
     points: int = 20000,
     seed: int = 0,
     names: tuple[str, str] | None = None,
@@ -44,6 +47,8 @@ def compare(
     a, b: paths, Models, shapes (cadquery, build123d, OCP), or what ``read`` made of them.
     profile: of ``tolerances.PROFILES``. pictures: draw both, in these views, each of size (width, height) px;
         images: as PNG, too, with an overlay of what differs.
+    inspect: ask OpenCascade for mass properties and layers; else volumes are those of a mesh, and less
+        precise, as they are of Models, which bring nothing else.
     points: at least so many on each model are held against the other, by seed.
     names: what messages call the two. progress: called with a section. options: of ``trimray.load``.
 
@@ -58,7 +63,7 @@ def compare(
     sides = []
     for source, name, key in ((a, called[0], "read a"), (b, called[1], "read b")):
         start = time.perf_counter()
-        sides.append(read(source, name=name, **options))
+        sides.append(read(source, name=name, inspect=inspect, **options))
         seconds[key] = time.perf_counter() - start
     shown = sides[0].name, sides[1].name
     failed = _unread(sides[0], sides[1])
@@ -76,6 +81,13 @@ def compare(
     )
     findings += work.run("topology", lambda x, y, _: compare_topology(x, y))
     findings += work.run("mass", compare_mass)
+    findings += work.run(
+        "geometry",
+        lambda x, y, t: [
+            *compare_geometry(matching, t, points=points, seed=seed, threads=threads),
+            *compare_pcurves(matching, t),
+        ],
+    )
 
     def draw(x: Side, y: Side, t: Tolerances) -> list[Finding]:
         differences, made = compare_pictures(x, y, t, views=views, size=size, images=images, threads=threads)

@@ -16,33 +16,32 @@ from .side import Float64s, Side
 from .tolerances import Tolerances
 
 # Of the mesh, as a share of the diagonal.
-_DEVIATION = 1e-4
+_DEVIATION = 3e-4
 # Units whose sizes files mix up, in mm.
 _UNITS = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "ft": 304.8, "m": 1000.0, "mil": 0.0254, "um": 1e-3}
 
 
 @dataclass(frozen=True)
 class Mass:
-    """In the world, mm: each number and what it may be off by. inertia: about the centroid, of density 1."""
+    """In the world, mm: each number and what it may be off by. inertia: about the centroid, of density 1;
+    both None where nothing is closed."""
 
     volume: tuple[float, float]
     area: tuple[float, float]
-    centroid: tuple[Float64s, float]
-    inertia: tuple[Float64s, float]
+    centroid: tuple[Float64s, float] | None
+    inertia: tuple[Float64s, float] | None
 
 
 def compare_mass(a: Side, b: Side, tolerances: Tolerances) -> list[Finding]:
     scale = max(a.diagonal, b.diagonal)
-    masses = mass_of(a), mass_of(b)
+    x, y = mass_of(a), mass_of(b)
+    largest = max((float(np.abs(m.inertia[0]).max()) for m in (x, y) if m.inertia), default=0.0)
     findings = [
-        _number("volume", "mm³", masses[0].volume, masses[1].volume, tolerances.volume),
-        _number("area", "mm²", masses[0].area, masses[1].area, tolerances.area),
-        _vector("centroid", "mm", masses[0].centroid, masses[1].centroid, tolerances.centroid * scale),
-        _vector(
-            "inertia", "mm⁵", masses[0].inertia, masses[1].inertia,
-            tolerances.inertia * max(float(np.abs(m.inertia[0]).max()) for m in masses),
-        ),
-    ]  # fmt: skip
+        _number("volume", "mm³", x.volume, y.volume, tolerances.volume),
+        _number("area", "mm²", x.area, y.area, tolerances.area),
+        *_vector("centroid", "mm", x.centroid, y.centroid, tolerances.centroid * scale),
+        *_vector("inertia", "mm⁵", x.inertia, y.inertia, tolerances.inertia * largest),
+    ]
     return [*findings, *_bounds(a, b, tolerances.bounds * scale)]
 
 
@@ -53,12 +52,14 @@ def _number(name: str, unit: str, a: tuple[float, float], b: tuple[float, float]
 
 
 def _vector(
-    name: str, unit: str, a: tuple[Float64s, float], b: tuple[Float64s, float], tolerance: float
-) -> Finding:
+    name: str, unit: str, a: tuple[Float64s, float] | None, b: tuple[Float64s, float] | None, tolerance: float
+) -> list[Finding]:
+    if a is None or b is None:  # the volumes tell
+        return []
     tolerance += a[1] + b[1]
     difference = float(np.abs(b[0] - a[0]).max())
     values = a[0].tolist(), b[0].tolist()
-    return found("mass", name, values, difference <= tolerance, unit, difference, tolerance)
+    return [found("mass", name, values, difference <= tolerance, unit, difference, tolerance)]
 
 
 def _bounds(a: Side, b: Side, tolerance: float) -> list[Finding]:
@@ -85,35 +86,46 @@ def _scaled(a: Side, b: Side) -> str:
 
 def mass_of(side: Side) -> Mass:
     """Of the inspection, else of a mesh."""
-    return _of_mesh(side)
+    if side.inspection is None:
+        return _of_mesh(side)
+    mass, size = side.inspection.mass, side.diagonal
+    error = float(mass.volume_error + mass.volume_noise)
+    volume, area = (float(mass.volume), error), (float(mass.area), float(mass.area_error + mass.area_noise))
+    if mass.centroid is None or mass.inertia is None or abs(mass.volume) <= error:
+        return Mass(volume, area, None, None)
+    reach = size * error / abs(mass.volume)
+    inertia = np.array(mass.inertia, np.float64).reshape(3, 3), error * size**2
+    return Mass(volume, area, (np.array(mass.centroid, np.float64), reach), inertia)
 
 
 def _of_mesh(side: Side) -> Mass:
-    zero = np.zeros(3), 0.0
+    """Of closed shells, as an inspection's."""
     if side.diagonal == 0.0:
-        return Mass((0.0, 0.0), (0.0, 0.0), zero, (np.zeros((3, 3)), 0.0))
-    deviation = _DEVIATION * side.diagonal
-    mesh = side.sound.tessellate(deviation, angle=0.2)
+        return Mass((0.0, 0.0), (0.0, 0.0), None, None)
+    mesh = side.sound.tessellate(_DEVIATION * side.diagonal)
     low, high = side.sound.bounds
     origin = 0.5 * (low + high)
     corners = mesh.vertices[mesh.triangles] - origin
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = 0.5 * np.linalg.norm(crosses, axis=1)
-    volumes = np.einsum("ij,ij->i", corners[:, 0], crosses) / 6.0
-    area, volume = float(areas.sum()), float(volumes.sum())
-    moments = np.einsum("i,ij->j", volumes, corners.sum(axis=1)) / 4.0
-    second = _second_moments(corners, volumes)
-    proven = mesh.deviation[np.isfinite(mesh.deviation)]
-    off = float(proven.max(initial=0.0)) if len(proven) == len(mesh.deviation) else side.diagonal
-    noise = off * area
-    # Of the area: chords of an angle of 0.2 are short of their arcs by 0.2 ** 2 / 24.
-    error = area * 2e-3 * (1.0 if off > 0.0 else 1e-9)
-    closed = volume != 0.0 and abs(volume) > noise
-    center = moments / volume if closed else np.zeros(3)
-    reach = side.diagonal * min(1.0, noise / abs(volume)) if closed else side.diagonal
-    about = second - volume * np.outer(center, center)
+    inside = side.arrays["shells"]["closed"][side.arrays["faces"]["shell"]].astype(bool)[mesh.face]
+    volumes = np.einsum("ij,ij->i", corners[:, 0], crosses) / 6.0 * inside
+    volume = float(volumes.sum())
+    off = np.where(np.isfinite(mesh.deviation), mesh.deviation, side.diagonal)
+    error = float((off * areas)[inside].sum())
+    # The surface over a triangle is larger by what its normals lean, about half the square of their angle.
+    normals = mesh.normals()
+    flat = crosses / np.where(areas > 0.0, 2.0 * areas, 1.0)[:, None]
+    lean = 1.0 - np.clip(np.einsum("ijk,ik->ij", normals, flat), 0.0, 1.0).min(axis=1)
+    short = float((areas * lean).sum()) + 1e-12 * float(areas.sum())
+    area = float(areas.sum()), short
+    if abs(volume) <= 2.0 * error or volume == 0.0:
+        return Mass((volume, error), area, None, None)
+    center = np.einsum("i,ij->j", volumes, corners.sum(axis=1)) / (4.0 * volume)
+    about = _second_moments(corners, volumes) - volume * np.outer(center, center)
     inertia = np.trace(about) * np.eye(3) - about
-    return Mass((volume, noise), (area, error), (center + origin, reach), (inertia, noise * side.diagonal**2))
+    reach = side.diagonal * error / abs(volume)
+    return Mass((volume, error), area, (center + origin, reach), (inertia, error * side.diagonal**2))
 
 
 def _second_moments(corners: Float64s, volumes: Float64s) -> Float64s:

@@ -116,7 +116,7 @@ def face_centers(side: Side) -> Float64s:
     arrays = side.arrays
     count = len(arrays["faces"])
     total, weight = np.zeros((count, 3)), np.zeros(count)
-    edge_sum, edge_count = _edge_sums(side)
+    edge_sum, edge_count = edge_sums(side)
     coedges = arrays["coedges"]
     np.add.at(total, coedges["face"], edge_sum[coedges["edge"]])
     np.add.at(weight, coedges["face"], edge_count[coedges["edge"]])
@@ -132,7 +132,7 @@ def face_centers(side: Side) -> Float64s:
     return total / np.maximum(weight, 1)[:, None]
 
 
-def _edge_sums(side: Side) -> tuple[Float64s, Int64s]:
+def edge_sums(side: Side) -> tuple[Float64s, Int64s]:
     """By edge: its pieces' control points, summed up, and their number."""
     arrays = side.arrays
     points = arrays["edge_ctrl_h"][:, :3] / arrays["edge_ctrl_h"][:, 3:]

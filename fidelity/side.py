@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -86,6 +87,11 @@ class Side:
         """(p,): how often each prototype is placed."""
         return np.bincount(self.prototypes, minlength=len(self.arrays["prototypes"]))
 
+    def owners(self, what: str) -> Int64s:
+        """(n,) prototype of each of the "edges" or "vertices"."""
+        spans = self.arrays["prototypes"][what]
+        return np.repeat(np.arange(len(spans)), np.diff(spans, axis=1).ravel())
+
     def where(self, face: int) -> str:
         """ "face 12 (plane of Lid)"."""
         f = self.sound.faces[face]
@@ -93,9 +99,10 @@ class Side:
         return f"face {face} ({f.kind}{f' of {name}' if name else ''})"
 
 
-def read(source: Any, *, name: str | None = None, **options: Any) -> Side:
+def read(source: Any, *, name: str | None = None, inspect: bool = True, **options: Any) -> Side:
     """A side from a path, bytes, a Model, a shape given in Python, or a Side, which it stays.
 
+    inspect: ask OpenCascade for mass properties and layers, too; of a Model there is nothing to ask.
     options: of ``trimray.load``. What cannot be read is no exception: see Side.error. UsageError passes.
     """
     if isinstance(source, Side):
@@ -104,13 +111,20 @@ def read(source: Any, *, name: str | None = None, **options: Any) -> Side:
         return _of_model(name or source._source, source)
     shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "")
     try:
-        model = trimray.load(source, name=name, **options)
+        # Of a shape, the name would be taken for its part's.
+        called = name if isinstance(source, str | os.PathLike | bytes) else None
+        model = trimray.load(source, name=called, **options)
     except trimray.UsageError:
         raise
     except trimray.Error as error:
         empty = isinstance(error, trimray.EmptyError)
         return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
-    return _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
+    side = _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
+    if inspect and not side.error:
+        allowed = {key: value for key, value in options.items() if key not in ("cache", "prepare")}
+        with suppress(trimray.Error):  # of triangles, or beyond a limit: the mesh has to do
+            side.inspection = trimray.inspect(source, name=name, **allowed)
+    return side
 
 
 def _of_model(name: str, model: Model) -> Side:

@@ -167,15 +167,28 @@ def _above(part: PlacedPart) -> tuple[str, ...]:
 
 
 def _layers(a: Side, b: Side) -> list[Finding]:
-    """As the inspection of both gives them."""
-    layers = [getattr(side.inspection, "layers", None) for side in (a, b)]
-    if layers[0] is None or layers[1] is None:
+    """Their names, and how many faces and instances are on them, as the inspections of both say."""
+    if a.inspection is None or b.inspection is None:
         return []
     if not (a.holds("layers") and b.holds("layers")):
         return [_cannot("layers", a, b)]
-    plain = [
-        {str(k): v for k, v in x.items()} if isinstance(x, dict) else sorted(map(str, x or ()))
-        for x in layers
+    sides = [
+        {
+            name: {kind: len(items) for kind, items in held.items()}
+            for name, held in side.inspection.layers.items()
+        }
+        for side in (a, b)
     ]
-    lost = isinstance(plain[0], list) and bool(set(plain[0]) - set(plain[1]))
-    return [Finding("structure", "layers", plain[0], plain[1], plain[0] == plain[1], missing=lost)]
+    wrong = [
+        found(
+            "structure",
+            "layer",
+            [side.get(name) for side in sides],
+            False,
+            missing=name not in sides[1],
+            where=name,
+        )
+        for name in sorted(sides[0].keys() | sides[1].keys())
+        if sides[0].get(name) != sides[1].get(name)
+    ]
+    return [found("structure", "layers", [len(side) for side in sides], not wrong), *limited(wrong)]

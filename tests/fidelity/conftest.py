@@ -1,0 +1,42 @@
+"""Shared by the tests of comparisons: reading without a child process, and short comparisons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import trimray
+from trimray.fidelity import Comparison, compare
+
+
+@pytest.fixture
+def load_here(tmp_path: Path) -> Callable[[Path], trimray.Model]:
+    """Reads a file in this process, without the second that a child takes to start."""
+    from trimray.hierarchy import Hierarchy
+    from trimray.importer.read_file import read_file
+    from trimray.loading import _store
+
+    def load(path: Path) -> trimray.Model:
+        read = read_file(str(path), name=str(path), folder=str(tmp_path))
+        return trimray.Model(Hierarchy(_store(read)), seconds={}, source=path.name)
+
+    return load
+
+
+def quick(a: Any, b: Any, **options: Any) -> Comparison:
+    """A comparison with two small pictures."""
+    words = {"points": 1500, "size": (96, 96), "images": False, "views": ("iso", "bottom")} | options
+    return compare(a, b, **words)
+
+
+def sections(comparison: Comparison) -> set[str]:
+    """Those with differences."""
+    return {finding.section for finding in comparison.differences()}
+
+
+def named(comparison: Comparison, name: str) -> list[Any]:
+    """The differences of one name."""
+    return [finding for finding in comparison.differences() if finding.name == name]
