@@ -32,7 +32,11 @@ class StepRecords:
 
     def parts(self, number: int) -> dict[str, list[str]]:
         """Type -> arguments of a record; several for a complex one, {} where there is no such record."""
-        text = self._bodies.get(number, b"").decode("latin-1").strip()
+        body = self._bodies.get(number, b"")
+        try:
+            text = body.decode().strip()
+        except UnicodeDecodeError:
+            text = body.decode("latin-1").strip()
         if text.startswith("("):
             return dict(_complex(text[1:-1]))
         match = _SIMPLE.match(text)

@@ -155,6 +155,24 @@ def _beside(found: Declared, target: Target, diagonal: float, why: str) -> Valid
     )
 
 
+def bodies_of_aspects(records: StepRecords) -> dict[int, int]:
+    """SHAPE_ASPECT -> the one item that it picks out of a shape. Writers say it in two ways: by a usage of
+    the item, or by a property of the aspect whose representation holds the item."""
+    found: dict[int, int] = {}
+    for usage in records.of_type("GEOMETRIC_ITEM_SPECIFIC_USAGE"):
+        arguments = records.parts(usage)["GEOMETRIC_ITEM_SPECIFIC_USAGE"]
+        if len(arguments) == 5:
+            found[reference(arguments[2])] = reference(arguments[4])
+    for link in records.of_type("SHAPE_DEFINITION_REPRESENTATION"):
+        arguments = records.parts(link)["SHAPE_DEFINITION_REPRESENTATION"]
+        definition = records.parts(reference(arguments[0])).get("PROPERTY_DEFINITION", [])
+        for body in records.parts(reference(arguments[-1])).values():
+            items = references(body[1]) if len(body) == 3 else []
+            if len(definition) == 3 and len(items) == 1:
+                found.setdefault(reference(definition[2]), items[0])
+    return found
+
+
 class _Targets:
     """What properties belong to, and its mass properties."""
 
@@ -173,6 +191,7 @@ class _Targets:
         self._worlds = _worlds(model)
         self._occurrences = Occurrences(records, model)
         self._known: dict[int, Target] = {}
+        self._bodies = bodies_of_aspects(records)
 
     def of(self, record: int) -> Target:
         if record not in self._known:
@@ -218,15 +237,14 @@ class _Targets:
     def _aspect(self, record: int, arguments: list[str]) -> Target:
         """A body that a shape aspect picks out of a part: known where it is the part's only one."""
         part = self.of(reference(arguments[2])) if len(arguments) > 2 else Target("")
-        for usage in self.records.of_type("GEOMETRIC_ITEM_SPECIFIC_USAGE"):
-            picked = self.records.parts(usage)["GEOMETRIC_ITEM_SPECIFIC_USAGE"]
-            if len(picked) == 5 and reference(picked[2]) == record:
-                of = f"body {picked[4]} of {part.of}"
-                solid = any("BREP" in kind for kind in self.records.parts(reference(picked[4])))
-                if solid and part.prototype >= 0 and self.solids[part.prototype] == 1:
-                    return Target(of, part.prototype, part.mass)
-                return Target(of, part.prototype, reason="one of several bodies: not told apart")
-        return Target(f"an aspect of {part.of}", reason="it does not name a body")
+        item = self._bodies.get(record)
+        if item is None:
+            return Target(f"an aspect of {part.of}", part.prototype, reason="it does not name a body")
+        solid = any("BREP" in kind for kind in self.records.parts(item))
+        of = f"body #{item} of {part.of}"
+        if solid and part.prototype >= 0 and self.solids[part.prototype] == 1:
+            return Target(of, part.prototype, part.mass)
+        return Target(of, part.prototype, reason="one of several bodies: not told apart")
 
     def _below(self, node: int, frame: npt.NDArray[np.float64]) -> Mass:
         """Of all that stands at or below a node, in coordinates of the frame (4, 4)."""
