@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from trimray import EmptyError, Error, LimitError, UsageError
+from trimray import EmptyError, Error, LimitError, TimeLimitError, UsageError
 from trimray.exporter import Schema, write
 from trimray.image_io import write_file
 from trimray.views import choose
@@ -170,10 +170,12 @@ def _read_source(source: Any, name: str | None, way: _Way) -> Side:
 def _leg(source: Any, a: Side, target: Path, way: _Way, title: str) -> _Leg:
     """Writes the source, whose model is a's, to target, and reads that. Never raises for the file's sake."""
     leg = _Leg()
+    done = "written"
     try:
         with _timed(leg, "write"):
             leg.issues = _write(source, a, target, way)
         leg.size = target.stat().st_size
+        done = "read back"
         with _timed(leg, "read"):
             side = read(target, name=title, time_limit=way.clock.left(), **{**way.loading, "cache": False})
         if side.failure is not None:
@@ -183,6 +185,10 @@ def _leg(source: Any, a: Side, target: Path, way: _Way, title: str) -> _Leg:
         raise
     except Error as error:
         leg.error, leg.empty = str(error), isinstance(error, EmptyError)
+        if isinstance(error, TimeLimitError):
+            leg.error = f"not {done} within {way.clock.limit:g} s"
+        for known in (title, a.name):  # which messages say in front already
+            leg.error = leg.error.removeprefix(f"{known}: ")
         leg.code = error.exit_code if isinstance(error, LimitError) else 0
     return leg
 
@@ -191,7 +197,7 @@ def _write(source: Any, a: Side, target: Path, way: _Way) -> tuple[tuple[int, st
     """Returns what the written file does not hold, as exporter.Written.issues."""
     limit = way.clock.left()
     if way.writer is not None:
-        with _file_of(source, target) as path:
+        with _file_of(source, a.format, target) as path:
             run_writer(way.writer, path, str(target), time_limit=limit)
         return ()
     store = way.via == "store"
@@ -208,12 +214,12 @@ def _write(source: Any, a: Side, target: Path, way: _Way) -> tuple[tuple[int, st
 
 
 @contextmanager
-def _file_of(source: Any, beside: Path) -> Iterator[str]:
+def _file_of(source: Any, format: str, beside: Path) -> Iterator[str]:
     """The absolute path of a source that is a path or bytes."""
     if not isinstance(source, bytes):
         yield os.path.abspath(os.fsdecode(source))
         return
-    path = beside.with_name("A.step")
+    path = beside.with_name(f"A{_SUFFIX.get(format, '.step')}")
     path.write_bytes(source)
     yield str(path)
 

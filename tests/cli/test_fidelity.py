@@ -86,7 +86,7 @@ def test_what_cannot_be_read_has_its_own_exit_code(run: Run, box_file: Path, tmp
     assert result.code == 1  # some of several
     assert [r["exit_code"] for r in json.loads(result.out)["results"]] == [3, 0]
     result = run("roundtrip", box_file, "--time-limit", "0.01", *FAST)
-    assert result.code == 5 and "0.01 s" in result.err
+    assert result.code == 5 and "within 0.01 s" in result.err + result.out.decode()
 
 
 @pytest.mark.parametrize(
@@ -140,14 +140,12 @@ def test_a_writer_that_loses_something_is_found_out(
         ("kill -SEGV $$", "the writer 'writer.sh' ended by SIGSEGV"),
         ("true", "the writer 'writer.sh' wrote no file"),
         (': > "$2"', "the writer 'writer.sh' wrote an empty file"),
-        ('echo nonsense > "$2"', "kept.step"),
+        ('echo nonsense > "$2"', "not a STEP, IGES"),
     ],
 )
 def test_a_writer_that_fails_is_told_in_one_line(
     run: Run, box_file: Path, tmp_path: Path, text: str, complaint: str
 ) -> None:
-    if "nonsense" in text:
-        complaint = "as written by writer.sh"
     result = run("roundtrip", box_file, "--writer", f"{script(tmp_path, text)} {{in}} {{out}}", *FAST)
     lines = result.out.decode().splitlines()
     assert result.code == 7 and len(lines) == 1
@@ -165,7 +163,7 @@ def test_a_writer_that_hangs_ends_with_all_it_has_started(run: Run, box_file: Pa
     words = ("--writer", f"{writer} {{in}} {{out}}", "--time-limit", "20")
     run("info", box_file)  # so that reading it takes none of the time
     result = run("roundtrip", box_file, *words, *FAST)
-    assert result.code == 5 and "did not end within" in result.out.decode()
+    assert result.code == 5 and ": not written within 20 s" in result.out.decode()
     end = time.monotonic() + 30
     while _alive(int(number.read_text())) and time.monotonic() < end:
         time.sleep(0.05)
