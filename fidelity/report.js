@@ -77,8 +77,10 @@ function show() {
     parts.push(element);
   }
   for (const comparison of result.comparisons) {
-    parts.push(make("h3", "", `A: ${comparison.a} · B: ${comparison.b}`), verdict(comparison));
-    parts.push(...values(comparison), ...pictures(comparison, state, writeHash));
+    // The name of a comparison of two files says both already.
+    if (result.command !== "compare") parts.push(make("h3", "", `A: ${comparison.a} · B: ${comparison.b}`));
+    parts.push(verdict(comparison), ...different(comparison), ...pictures(comparison, state, writeHash));
+    parts.push(...agreeing(comparison));
   }
   $("result").replaceChildren(...parts);
   [...$("index").querySelectorAll("tbody tr")].forEach((line, number) => {

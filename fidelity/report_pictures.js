@@ -2,6 +2,9 @@
 
 const MODES = { beside: "Side by side", overlay: "Overlay", slider: "Slider" };
 
+// Of the overlay (overlay.py): class to meaning.
+const COLORS = { "only-a": "only in A", "only-b": "only in B", surface: "in depth or normal", color: "in colour alone" };
+
 const differing = (picture) => Math.max(0, ...Object.values(picture.differing));
 
 function image(source, label) {
@@ -98,7 +101,9 @@ function pictures(comparison, state, changed) {
     sheets.classList.toggle("single", state.mode !== "beside");
     if (state.mode === "slider") sheets.replaceChildren(slider(picture, comparison, place));
     else if (state.mode === "overlay" && picture.overlay) {
-      sheets.replaceChildren(figure(picture.overlay, `Overlay, ${picture.view}`, `pixels that differ between ${comparison.a} and ${comparison.b}`));
+      const sheet = figure(picture.overlay, `Overlay, ${picture.view}`, "Pixels that differ: ");
+      for (const [name, words] of Object.entries(COLORS)) sheet.lastChild.append(make("span", `key ${name}`), `${words} `);
+      sheets.replaceChildren(sheet);
     } else {
       sheets.replaceChildren(
         figure(picture.a, `A, ${picture.view}`, `A: ${comparison.a}`),

@@ -119,7 +119,8 @@ def _tolerance(finding: Finding) -> str:
 
 
 def _quantity(value: float, unit: str) -> str:
-    return f"{value:.3g} {unit}".rstrip()
+    number = f"{value:.0f}" if float(value).is_integer() and abs(value) < 1e9 else f"{value:.3g}"
+    return f"{number} {unit}".rstrip()
 
 
 def _cut(text: str) -> str:

@@ -17,6 +17,7 @@ function text(value) {
 }
 
 function short(value) {
+  if (Number.isInteger(value)) return String(value);
   const small = value !== 0 && Math.abs(value) < 1e-3;
   return small ? value.toExponential(2).replace(/\.?0+e/, "e") : String(Number(value.toPrecision(3)));
 }
@@ -75,18 +76,21 @@ function table(findings, label) {
   return scroll;
 }
 
-// The differences at once; what agrees by section, made when it is opened.
-function values(comparison) {
+function different(comparison) {
+  const found = comparison.findings.filter((finding) => !finding.same);
+  return found.length ? [table(found, "Differences")] : [];
+}
+
+// By section, each table made when it is opened.
+function agreeing(comparison) {
   const parts = [];
-  const different = comparison.findings.filter((finding) => !finding.same);
-  if (different.length) parts.push(table(different, "Differences"));
   for (const section of SECTIONS) {
-    const agreeing = comparison.findings.filter((finding) => finding.same && finding.section === section);
-    if (!agreeing.length) continue;
+    const found = comparison.findings.filter((finding) => finding.same && finding.section === section);
+    if (!found.length) continue;
     const details = make("details");
-    details.append(make("summary", "", `${section}: ${plural(agreeing.length, "value")} ${agreeing.length === 1 ? "agrees" : "agree"}`));
+    details.append(make("summary", "", `${section}: ${plural(found.length, "value")} ${found.length === 1 ? "agrees" : "agree"}`));
     details.addEventListener("toggle", () => {
-      if (details.open && details.childElementCount === 1) details.append(table(agreeing, section));
+      if (details.open && details.childElementCount === 1) details.append(table(found, section));
     });
     parts.push(details);
   }

@@ -1,9 +1,10 @@
-"""roundtrip and compare as their users call them: verdict, exit code, reports, other people's writers."""
+"""check, roundtrip, compare as their users call them: verdict, exit code, reports, other people's writers."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import stat
 import time
 import xml.etree.ElementTree as xml
@@ -181,3 +182,38 @@ def _alive(number: int) -> bool:
 def test_quiet_is_quiet_about_what_is_complete(run: Run, box_file: Path, moved_file: Path) -> None:
     assert run("compare", box_file, box_file, "-q", *FAST).out == b""
     assert b"changed" in run("compare", box_file, moved_file, "-q", *FAST).out
+
+
+def test_sound_files_are_what_they_declare(run: Run, samples_dir: Path) -> None:
+    sources = [
+        samples_dir / name for name in ("assembly.step", "bracket.step", "bracket_solid.igs", "teapot.igs")
+    ]
+    result = run("check", *sources, "--json")
+    read = json.loads(result.out)
+    assert (result.code, result.err) == (0, "") and violations(read, schema()) == []
+    assert [r["verdict"] for r in read["results"]] == ["complete"] * 4
+    found = {f["name"]: f for f in read["results"][0]["comparisons"][0]["findings"]}
+    assert (found["faces in the file"]["a"], found["faces in the file"]["b"]) == (29, 29)
+    assert found["invalid"]["b"] == 0 and found["edge off its face"]["same"]
+
+
+def test_what_is_wrong_with_a_file_is_found(run: Run, samples_dir: Path, tmp_path: Path) -> None:
+    """A solid that has lost one of its faces is open, and its file declares one face more than arrives."""
+    text = (samples_dir / "bracket.step").read_text()
+    face = re.search(r"#\d+ *= *ADVANCED_FACE\([^;]*;", text)
+    assert face is not None
+    broken = tmp_path / "broken.step"
+    broken.write_text(text.replace(face[0], face[0].replace("ADVANCED_FACE", "ADVANCED_FICE"), 1))
+    result = run("check", broken, "--junit", tmp_path / "r.xml")
+    first = result.out.decode().splitlines()[0]
+    assert result.code == 7 and first.startswith(f"{broken}: partial: ")
+    failures = xml.parse(tmp_path / "r.xml").getroot().findall(".//failure/..")
+    names = {str(case.get("name")).split(" (")[0] for case in failures}
+    assert names == {"solids in the file", "closed shells in the file", "face"}
+
+
+def test_check_tells_what_cannot_be_read(run: Run, tmp_path: Path, box_file: Path) -> None:
+    result = run("check", tmp_path / "missing.step", "--html", tmp_path / "r.html")
+    assert result.code == 3 and "missing.step" in result.err and result.out == b""
+    assert b"missing.step" in (tmp_path / "r.html").read_bytes()
+    assert run("check", box_file, "--heal", "off", "--profile", "strict").code == 0

@@ -101,6 +101,7 @@ def test_the_overlay_is_one_picture(open_report: Any) -> None:
     image = reader.page.locator(".sheets img")
     assert image.count() == 1 and image.get_attribute("alt") == "Overlay, front"
     assert image.evaluate("image => image.decode().then(() => image.naturalWidth)") == 64
+    assert "only in A" in reader.page.locator("figcaption").text_content()
 
 
 def test_the_slider_moves_by_keyboard_and_by_mouse(open_report: Any) -> None:
@@ -117,12 +118,13 @@ def test_the_slider_moves_by_keyboard_and_by_mouse(open_report: Any) -> None:
     page.keyboard.press("Home")
     assert border.input_value() == "0"
     box = page.locator(".stack").bounding_box()
-    page.mouse.move(box["x"] + 10, box["y"] + 20)
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + 10, middle)
     page.mouse.down()
-    page.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 20)
+    page.mouse.move(box["x"] + 0.75 * box["width"], middle)
     page.mouse.up()
     assert border.input_value() == "75"
-    page.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 20)
+    page.mouse.move(box["x"] + 0.2 * box["width"], middle)
     assert border.input_value() == "75"
 
 
