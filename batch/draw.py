@@ -82,6 +82,7 @@ def draw_file(
         facts |= {"status": status, "reason": reason, "exit_code": 0 if status == "complete" else 1}
     except Error as error:
         facts |= {"status": "failed", "exit_code": error.exit_code, "reason": _without_name(item.path, error)}
+        facts["peak_memory"] = error.peak_memory
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
         facts |= {"status": "failed", "exit_code": Error.exit_code, "reason": f"internal error: {text}"}
@@ -143,11 +144,11 @@ def _read(path: str, settings: Settings, clock: _Clock) -> tuple[Model, str]:
         ), ""
     except TimeLimitError as error:
         if heal == "off":
-            raise _too_slow(path, settings, "read") from error
+            raise _too_slow(path, settings, "read", error) from error
     try:
         model = _load(path, settings, "off", clock.until(_UNREPAIRED_SHARE))
     except TimeLimitError as error:
-        raise _too_slow(path, settings, "read, nor without repairs") from error
+        raise _too_slow(path, settings, "read, nor without repairs", error) from error
     return model, "read without repairs, for want of time"
 
 
@@ -188,7 +189,7 @@ def _draw(model: Model, settings: Settings, clock: _Clock, threads: int, name: s
         limit = None if left is None else max(left, min(_COARSE_SECONDS, settings.time_limit or 0.0))
         frame = model.render(small, samples=1, time_limit=limit, **words)
     except TimeLimitError as error:
-        raise _too_slow(name, settings, "drawn") from error
+        raise _too_slow(name, settings, "drawn", error) from error
     planes = {
         aov: frame[aov].repeat(_COARSE, axis=0).repeat(_COARSE, axis=1)[:height, :width] for aov in frame
     }
@@ -196,8 +197,11 @@ def _draw(model: Model, settings: Settings, clock: _Clock, threads: int, name: s
     return Frame(planes, settings.size), f"drawn at {small[0]} x {small[1]} px, for want of time"
 
 
-def _too_slow(path: str, settings: Settings, what: str) -> TimeLimitError:
-    return TimeLimitError(f"{_name(path)}: not {what} within {settings.time_limit:g} s")
+def _too_slow(path: str, settings: Settings, what: str, cause: Error) -> TimeLimitError:
+    """The cause speaks of a share of the limit; this one of the whole."""
+    error = TimeLimitError(f"{_name(path)}: not {what} within {settings.time_limit:g} s")
+    error.peak_memory = cause.peak_memory
+    return error
 
 
 def _judge(picture: Picture) -> tuple[Status, str]:

@@ -15,9 +15,11 @@ The text of an error is one line: file, entity or face, cause.
 
 
 class Error(Exception):
-    """Root of the tree. ``detail`` may hold more lines for a bug report; the text itself is one line."""
+    """Root of the tree. ``detail`` may hold more lines for a bug report; the text itself is one line.
+    ``peak_memory``: bytes that a reading process was seen to hold, 0 where nobody looked."""
 
     exit_code = 70
+    peak_memory = 0
 
     def __init__(self, message: str, *, detail: str = "") -> None:
         super().__init__(" ".join(message.split()))

@@ -105,6 +105,9 @@ def _ask(
     watch = _Watch(child, receive, request, time_limit)
     try:
         return watch.wait(progress)
+    except errors.Error as error:
+        error.peak_memory = watch.peak_memory
+        raise
     finally:
         os.close(receive)
         child.kill()

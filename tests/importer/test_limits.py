@@ -187,3 +187,9 @@ def test_reading_a_file_does_not_load_opencascade_here(tmp_path):
 
 def test_every_error_has_an_exit_code():
     assert issubclass(TimeLimitError, Error) and TimeLimitError("x").exit_code == 5
+
+
+def test_what_a_hanging_child_held_is_told(run):
+    with pytest.raises(TimeLimitError) as caught:
+        run("hang", time_limit=1.5, memory_limit=8 << 30)
+    assert caught.value.peak_memory > 1 << 20
