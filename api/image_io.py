@@ -18,13 +18,13 @@ import numpy.typing as npt
 
 from .false_colors import false_colors
 from .formats import FORMATS, check_fit, format_of
-from .importer.errors import OutputError, UsageError
+from .importer.errors import InputError, OutputError, UsageError
 from .version import __version__
 
 if TYPE_CHECKING:
     from .frame import Frame
 
-__all__ = ["FORMATS", "check_fit", "encode", "format_of", "preload", "save", "write_file"]
+__all__ = ["FORMATS", "check_fit", "decode", "encode", "format_of", "preload", "save", "write_file"]
 
 # Format -> OpenImageIO's name of it.
 _WRITERS = {name: name for name in FORMATS} | {"exr": "openexr"}
@@ -147,6 +147,37 @@ def _encode(
         if not (output.open(name, spec) and output.write_image(pixels) and output.close()):
             raise OutputError(f"{format}: {output.geterror() or 'OpenImageIO failed'}")
         return _content(descriptor)
+
+
+# Pixels of a picture to be read; a header may claim any number.
+_MOST_PIXELS = 1 << 28
+
+
+def decode(data: bytes, name: str = "the picture") -> tuple[npt.NDArray[np.uint8], dict[str, str]]:
+    """The pixels of a PNG, (h, w, 4) uint8 with straight alpha, and its text keys. Raises InputError."""
+    import OpenImageIO as oiio
+
+    if not data.startswith(b"\x89PNG\r\n\x1a\n"):
+        raise InputError(f"{name}: not a PNG picture")
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    with _scratch() as (descriptor, path):
+        os.pwrite(descriptor, data, 0)
+        source = oiio.ImageInput.open(path, config)
+        if source is None:
+            raise InputError(f"{name}: a broken PNG picture: {oiio.geterror()}")
+        spec = source.spec()
+        sound = spec.width * spec.height <= _MOST_PIXELS and 1 <= spec.nchannels <= 4
+        pixels = source.read_image("uint8") if sound else None
+        source.close()
+    if pixels is None:
+        raise InputError(f"{name}: a broken PNG picture, or too large")
+    if spec.nchannels < 3:  # grey, perhaps with alpha
+        pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=-1), pixels[..., 1:]], axis=-1)
+    if pixels.shape[-1] == 3:
+        pixels = np.pad(pixels, ((0, 0), (0, 0), (0, 1)), constant_values=255)
+    texts = {a.name: a.value for a in spec.extra_attribs if isinstance(a.value, str)}
+    return np.ascontiguousarray(pixels), texts
 
 
 @contextmanager
