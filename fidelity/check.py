@@ -51,7 +51,7 @@ def check(source: Any, *, profile: str = "default", name: str | None = None, **o
     findings = findings_of(inspection, tolerances, model)
     return Comparison(
         f"{inspection.name} as declared",
-        "as it arrived",
+        inspection.name,
         profile,
         findings,
         seconds=dict(inspection.seconds),

@@ -87,6 +87,7 @@ function choice(label, items, chosen, choose) {
 // state: {view, mode}, kept from input to input; changed: called when the reader changes it.
 function pictures(comparison, state, changed) {
   const seen = comparison.pictures.filter((picture) => picture.a && picture.b);
+  for (const picture of seen) if (picture.b === "a") picture.b = picture.a;
   if (!seen.length) return [];
   const worst = seen.reduce((a, b) => (differing(b) > differing(a) ? b : a));
   let picture = seen.find((one) => one.view === state.view) ?? worst;

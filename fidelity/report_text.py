@@ -77,7 +77,7 @@ def _comparison(name: str, comparison: Comparison, everything: bool) -> str:
 
 def _about(name: str, a: str, b: str) -> str:
     """What of both names the input's name does not say already."""
-    if a in name and b in name:
+    if b in name:
         return ""
     return f": {b.removeprefix(name).lstrip(' ,')}"
 

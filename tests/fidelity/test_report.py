@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import xml.etree.ElementTree as xml
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -140,6 +142,16 @@ def test_many_differences_are_cut_and_counted() -> None:
 
 def test_the_page_is_the_same_for_the_same_results() -> None:
     assert to_html(results()) == to_html(results())
+
+
+def test_the_package_holds_all_files_of_the_reports() -> None:
+    root = Path(__file__).resolve().parents[2]
+    patterns = set(re.findall(r'PATTERN "(\*\.\w+)"', (root / "CMakeLists.txt").read_text()))
+    files = [path for folder in ("fidelity", "api") for path in (root / folder).iterdir() if path.is_file()]
+    assert {"schema.json", "report.html", "web_page.css"} <= {path.name for path in files}
+    assert [
+        path.name for path in files if f"*{path.suffix}" not in patterns and path.name != "py.typed"
+    ] == []
 
 
 def test_a_value_that_is_not_known_has_no_tolerance() -> None:

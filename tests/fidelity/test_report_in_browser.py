@@ -96,6 +96,17 @@ def test_the_view_that_differs_most_is_shown_first(open_report: Any) -> None:
     assert "view=iso" in reader.hash("view=iso")
 
 
+def test_equal_pictures_are_in_the_page_once(open_report: Any, page_file: Path) -> None:
+    page = open_report("#input=1&view=iso").page
+    sources = page.locator(".sheets img").evaluate_all("images => images.map(image => image.src)")
+    assert len(sources) == 2 and sources[0] == sources[1]
+    widths = page.locator(".sheets img").evaluate_all(
+        "images => Promise.all(images.map(image => image.decode().then(() => image.naturalWidth)))"
+    )
+    assert widths == [64, 64]
+    assert '"b":"a"' in page_file.read_text()
+
+
 def test_the_overlay_is_one_picture(open_report: Any) -> None:
     reader = open_report("#input=2&mode=overlay")
     image = reader.page.locator(".sheets img")
