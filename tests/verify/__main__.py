@@ -1,4 +1,4 @@
-"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|batch|sheet`."""
+"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|fidelity|batch|sheet`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import trimray
 from tests.bench.hybrid_scenes import SCENES
 
-from . import batch, closed_forms, contact_sheet, hybrid, mesh, opencascade, parity, reference
+from . import batch, closed_forms, contact_sheet, fidelity, hybrid, mesh, opencascade, parity, reference
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -141,6 +141,28 @@ def run_hybrid(args: argparse.Namespace) -> int:
     return wrong
 
 
+def run_fidelity(args: argparse.Namespace) -> int:
+    fidelity.preload()
+    print(fidelity.HEADER)
+    wrong = 0
+    for file in sorted(_models(args), key=lambda f: f.stat().st_size):
+        for via in args.via:
+            try:
+                r = fidelity.check(file, via, points=args.rays, time_limit=args.time_limit)
+            except trimray.Error as error:
+                print(fidelity.unreadable(file, error), flush=True)
+                break
+            wrong += len(r.failures)
+            print(fidelity.line(r), flush=True)
+            for reason in sorted({known.reason for _, known in r.explained}):
+                count = sum(known.reason == reason for _, known in r.explained)
+                print(f"    {count} explained: {reason}", flush=True)
+            for failure in r.failures[: args.show]:
+                print(f"    {failure}", flush=True)
+    print(f"{wrong} failures")
+    return wrong
+
+
 def run_batch(args: argparse.Namespace) -> int:
     return batch.check(args.rays, args.show, args.folder)
 
@@ -161,6 +183,7 @@ COMMANDS = {
     "opencascade": (run_opencascade, 40, "against OpenCascade's ray caster"),
     "mesh": (run_mesh, 20000, "closed, manifold and as near as proven, beside BRepMesh"),
     "hybrid": (run_hybrid, 128, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
+    "fidelity": (run_fidelity, 6000, "round trips of the store lose nothing; rays: points on each model"),
     "batch": (run_batch, 400, "hostile files: named, isolated, and the same after kill -9; rays: mutants"),
     "sheet": (run_sheet, 0, "a contact sheet of all models"),
 }
@@ -177,6 +200,7 @@ def main() -> int:
         p.add_argument("--show", type=int, default=3, help="unexplained rays to print per model")
         p.add_argument("--deviations", type=float, nargs="+", default=(1e-2, 1e-3), help="of the diagonal")
         p.add_argument("--time-limit", type=float, default=300.0, help="seconds for BRepMesh's child")
+        p.add_argument("--via", nargs="+", default=["step"], choices=("step", "brep"), help="of fidelity")
         p.add_argument("--views", type=int, default=26, help="of the hybrid tracer's 26")
         p.add_argument("--output", default="out/sheet.png")
         p.add_argument("--folder", help="for the files of a batch; by default one that is removed")
