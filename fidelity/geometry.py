@@ -25,8 +25,8 @@ Bools = npt.NDArray[np.bool_]
 
 # Points of a face or an edge, at least and at most.
 _LEAST, _MOST = 6, 4096
-# How far off its surface a ray for a normal starts, in tolerances of the distance, and layers it passes.
-_LIFT, _LAYERS = 10.0, 4
+# How far off its surface a ray for a normal starts, in tolerances of the distance.
+_LIFT = 10.0
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,10 @@ def compare_geometry(
     tolerance = tolerances.distance * scale
     both = (a, b), (b, a)
     samples = [side.sound.sample(_share(points, _faces(side)), seed=seed, threads=threads) for side in (a, b)]
-    faces = [
-        face_deviation(
-            samples[k], samples[1 - k], other, partners(matching, turned=k == 1), tolerance, threads
-        )
-        for k, (_, other) in enumerate(both)
-    ]
+    faces = []
+    for k, (side, other) in enumerate(both):
+        near = _Nearness(side, other, tolerance, tolerances.normal, threads)
+        faces.append(near.deviation(samples[k], samples[1 - k], partners(matching, turned=k == 1)))
     edges = [edge_deviation(x, y, points // 2, seed, threads) for x, y in both]
     findings = []
     for what, pair in (("faces", faces), ("edges", edges)):
@@ -121,22 +119,70 @@ def partners(matching: Matching, *, turned: bool = False) -> dict[Place, Place]:
     return result
 
 
-def face_deviation(
-    samples: Samples,
-    others: Samples,
-    b: Side,
-    partner: dict[Place, Place],
-    tolerance: float,
-    threads: int,
-) -> Deviation:
-    """Of the samples from b, of which there are others."""
-    near = b.sound.distance(samples.point, threads=threads)
-    lift = max(_LIFT * tolerance, 1e-7 * b.diagonal)
-    angle = _angles(b, samples.point, samples.normal, lift, near.distance, threads)
-    _excuse_contacts(angle, samples, others, partner)
-    return Deviation(
-        samples.point, samples.face.astype(np.int64), near.distance, angle, near.face.astype(np.int64)
-    )
+@dataclass(frozen=True)
+class _Nearness:
+    """Of points on the faces of one model from the other. tolerance: mm; angle: radians."""
+
+    side: Side
+    other: Side
+    tolerance: float
+    angle: float
+    threads: int
+
+    def deviation(self, samples: Samples, others: Samples, partner: dict[Place, Place]) -> Deviation:
+        """others: of the other model."""
+        near = self.other.sound.distance(samples.point, threads=self.threads)
+        angle = self._angles(self.other, samples.point, samples.normal, near.distance)
+        _excuse_contacts(angle, samples, others, partner)
+        distance = near.distance.copy()
+        self._excuse_ends(samples, distance, angle)
+        self._excuse_noise(samples, angle)
+        numbers = samples.face.astype(np.int64), near.face.astype(np.int64)
+        return Deviation(samples.point, numbers[0], distance, angle, numbers[1])
+
+    def _excuse_ends(self, samples: Samples, distance: Float64s, angle: Float64s) -> None:
+        """Near an edge, p-curves may put the end of a face beyond the edge. How far is up to the file, and no
+        difference between models."""
+        rows = np.flatnonzero((distance > self.tolerance) | (np.nan_to_num(angle) > self.angle))
+        if not len(rows):
+            return
+        edges = self.side.sound.distance(samples.point[rows], edges=True, threads=self.threads)
+        at_end = edges.distance <= edges.band + self.tolerance
+        angle[rows[at_end]] = np.nan
+        allowed = np.where(at_end, edges.band, 0.0)
+        distance[rows] = np.where(distance[rows] <= allowed + self.tolerance, 0.0, distance[rows])
+
+    def _excuse_noise(self, samples: Samples, angle: Float64s) -> None:
+        """Where the surface bends within the tolerance, as at a pole, so may its normal."""
+        rows = np.flatnonzero((np.nan_to_num(angle) > self.angle) & (np.nan_to_num(angle) < 0.5 * np.pi))
+        if not len(rows):
+            return
+        normals = samples.normal[rows]
+        across = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        bend = np.zeros(len(rows))
+        for direction in (across, -across, np.cross(normals, across), -np.cross(normals, across)):
+            moved = samples.point[rows] + self.tolerance * direction
+            here = self._angles(self.side, moved, normals, np.zeros(len(rows)))
+            bend = np.fmax(bend, here)
+        angle[rows[angle[rows] <= self.angle + 2.0 * bend]] = np.nan
+
+    def _angles(self, model: Side, points: Float64s, normals: Float64s, distance: Float64s) -> Float64s:
+        """(n,): between the normals and the outward normals of a model below the points, at these distances
+        from it; nan where it is too far."""
+        lift = max(_LIFT * self.tolerance, 1e-7 * model.diagonal)
+        result = np.full(len(points), np.nan)
+        rows = np.flatnonzero(distance <= 0.5 * lift)
+        if not len(rows):
+            return result
+        hits = model.sound.cast(
+            points[rows] + lift * normals[rows], -normals[rows], tmax=2.0 * lift, threads=self.threads
+        )
+        hit = np.isfinite(hits.t)
+        normal, rows = hits.normal[hit], rows[hit]
+        cross = np.linalg.norm(np.cross(normals[rows], normal), axis=1)
+        result[rows] = np.arctan2(cross, np.einsum("ij,ij->i", normals[rows], normal))
+        return result
 
 
 def _excuse_contacts(angle: Float64s, samples: Samples, others: Samples, partner: dict[Place, Place]) -> None:
@@ -178,32 +224,6 @@ def edge_deviation(a: Side, b: Side, points: int, seed: int, threads: int) -> De
 def _share(points: int, items: int) -> int:
     """Points for each of the items."""
     return int(np.clip(-(-points // max(items, 1)), _LEAST, _MOST))
-
-
-def _angles(
-    b: Side, points: Float64s, normals: Float64s, lift: float, distance: Float64s, threads: int
-) -> Float64s:
-    """(n,): between the normals and the outward normals of b below the points; nan where b is not there.
-
-    Where faces of b coincide, as where parts touch, the one that agrees best counts.
-    """
-    best = np.full(len(points), np.nan)
-    rows = np.flatnonzero(distance <= 0.5 * lift)
-    start = np.zeros(len(rows))
-    for _ in range(_LAYERS):
-        if not len(rows):
-            break
-        hits = b.sound.cast(
-            points[rows] + lift * normals[rows], -normals[rows], tmin=start, tmax=2.0 * lift, threads=threads
-        )
-        hit = np.isfinite(hits.t)
-        rows, normal, t = rows[hit], hits.normal[hit], hits.t[hit]
-        cross = np.linalg.norm(np.cross(normals[rows], normal), axis=1)
-        angle = np.arctan2(cross, np.einsum("ij,ij->i", normals[rows], normal))
-        best[rows] = np.fmin(best[rows], angle)
-        more = angle > 1e-9
-        rows, start = rows[more], np.nextafter(t[more], np.inf) + 1e-9 * lift
-    return best
 
 
 def worst_faces(

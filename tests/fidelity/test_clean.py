@@ -55,6 +55,7 @@ def rewrite(source: Path, target: Path, kind: str = "step") -> None:
     """By OpenCascade, with names, colours and tree."""
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESCAFControl import IGESCAFControl_Writer
+    from OCP.Interface import Interface_Static
     from OCP.STEPCAFControl import STEPCAFControl_Reader, STEPCAFControl_Writer
 
     from trimray.importer.occt import new_document
@@ -73,6 +74,7 @@ def rewrite(source: Path, target: Path, kind: str = "step") -> None:
         assert iges.Write(str(target))
         return
     writer = STEPCAFControl_Writer()
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
     assert writer.Transfer(document)
     assert writer.Write(str(target)) == IFSelect_ReturnStatus.IFSelect_RetDone
 
