@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,6 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.GCPnts import GCPnts_AbscissaPoint
 from OCP.GeomAbs import GeomAbs_Shape
-from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
 from OCP.gp import gp_Pnt, gp_Vec
 from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Iterator
@@ -34,6 +34,10 @@ _REFINEMENTS = 16
 _SLACK = 1.1
 # Simpson's rule over all samples, of a range of length 1.
 _SIMPSON = np.array([1.0, *[4.0, 2.0] * ((_SAMPLES - 3) // 2), 4.0, 1.0]) / (3.0 * (_SAMPLES - 1))
+# An angle between normals, beyond which an edge is not meant to be smooth: radians.
+_SHARP = 0.1
+# Steps towards the foot of a perpendicular.
+_FOOT_STEPS = 5
 # A step of the golden section.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -108,7 +112,7 @@ def _inspect_edge(
         facts.length = path.length()
         found.faults.extend(_vertices_off(edge, path, prototype, distinct, index))
     samples = np.linspace(path.first, path.last, _SAMPLES)
-    on_path = np.array([path.point(t) for t in samples])
+    on_path, tangents = path.sample(samples)
     on_faces = []
     for image in images:
         points, normals = image.sample(samples)
@@ -116,7 +120,8 @@ def _inspect_edge(
         apart = np.linalg.norm(points - on_path, axis=1)
         deviation = skew = _largest(samples, apart, _distance_of(image, path))
         if deviation > _SLACK * tolerance and role != "degenerate":
-            deviation = min(path.largest_distance(image.sample(_fine_samples(path))[0]), skew)
+            fine = _fine_samples(path)
+            deviation = min(path.largest_distance(fine, image.sample(fine)[0]), skew)
             if deviation <= _SLACK * tolerance and path.same_parameter:
                 what = "a curve on a face runs at other parameters than the edge"
                 found.faults.append(
@@ -129,33 +134,36 @@ def _inspect_edge(
             Fault("edge off its face", what, prototype, distinct, index, facts.deviation, tolerance)
         )
     if role != "degenerate":
-        _add_noise(found, path, samples, on_path - origin, on_faces, origin)
+        weights = _SIMPSON * (path.last - path.first)
+        _add_noise(found, weights[:, None] * tangents, on_path - origin, on_faces, origin)
         for (a, points_a, normals_a), (b, points_b, normals_b) in itertools.pairwise(on_faces):
             gap = _largest(samples, np.linalg.norm(points_a - points_b, axis=1), _gap_of(a, b))
-            angle = _largest(samples, _angles(normals_a, normals_b), _angle_of(a, b))
+            angles = _angles(normals_a, normals_b)
+            # Where faces meet sharply, nobody asks for the last digit.
+            sharp = float(np.nanmax(angles, initial=0.0)) > _SHARP
+            angle = float(np.nanmax(angles)) if sharp else _largest(samples, angles, _angle_of(a, b))
             facts.gap = float(np.fmax(facts.gap, gap))
             facts.angle = float(np.fmax(facts.angle, angle))
 
 
 def _add_noise(
     found: EdgesOfPrototype,
-    path: "_Path",
-    samples: Array,
+    steps: Array,
     arms: Array,
     on_faces: list[tuple["_Image", Array, Array]],
     origin: Array,
 ) -> None:
-    """The strips between the edge and its images: how much area they have along each face, and how much
+    """steps: along the edge at each sample, of a quadrature; arms: of its points from the origin.
+
+    The strips between the edge and its images: how much area they have along each face, and how much
     volume the divergence theorem gives them together. Both with their sign along one edge, without it between
     edges."""
-    tangents = np.array([path.tangent(t) for t in samples])
-    weights = _SIMPSON * (path.last - path.first)
     volume = 0.0
     for image, points, normals in on_faces:
         apart = points - (arms + origin)
-        strip = np.cross(apart, tangents)
-        found.area_noise += abs(float(np.nansum(weights * np.einsum("ij,ij->i", strip, normals))))
-        flux = float(np.sum(weights * np.einsum("ij,ij->i", arms + apart / 2, strip))) / 3.0
+        strip = np.cross(apart, steps)
+        found.area_noise += abs(float(np.nansum(strip * normals)))
+        flux = float(np.sum((arms + apart / 2) * strip)) / 3.0
         volume += -flux if image.reversed else flux
     found.volume_noise += abs(volume)
 
@@ -173,35 +181,49 @@ class _Path:
         self.first, self.last = self.curve.FirstParameter(), self.curve.LastParameter()
         self.same_parameter = BRep_Tool.SameParameter_s(edge)
         start = self.point(self.first)
+        apart = math.dist(start, self.point(self.last))
+        self.closed = self.last > self.first and apart <= 2.0 * BRep_Tool.Tolerance_s(edge)
         self.resolution = 1e-12 * max(1.0, float(np.abs(start).max()))
 
     def point(self, t: float) -> tuple[float, ...]:
-        point: tuple[float, ...] = _coordinates(self.curve.Value(t))
-        return point
+        return _coordinates(self.curve.Value(t))
 
-    def tangent(self, t: float) -> tuple[float, ...]:
-        """Derivative by the parameter."""
-        along = gp_Vec()
-        self.curve.D1(t, gp_Pnt(), along)
-        tangent: tuple[float, ...] = _coordinates(along)
-        return tangent
+    def sample(self, at: Array) -> tuple[Array, Array]:
+        """Points and derivatives by the parameter, (n, 3)."""
+        point, along = gp_Pnt(), gp_Vec()
+        points, tangents = [], []
+        for t in at.tolist():
+            self.curve.D1(t, point, along)
+            points.append(point.Coord())
+            tangents.append(along.Coord())
+        return np.array(points), np.array(tangents)
 
     def length(self) -> float:
         return float(GCPnts_AbscissaPoint.Length_s(self.curve))
 
-    def largest_distance(self, points: Array) -> float:
-        """Of points from the curve, at whatever parameter."""
-        curve = self.curve.Curve().Curve()
-        transform = self.curve.Trsf().Inverted()
-        scale = abs(self.curve.Trsf().ScaleFactor())
+    def largest_distance(self, samples: Array, points: Array) -> float:
+        """Of points from the curve, at whatever parameter: samples say where to look for them first. Each
+        foot is searched by the Gauss-Newton method; a wrong one gives too much, never too little."""
         worst = 0.0
-        for point in points:
-            local = gp_Pnt(*point).Transformed(transform)
-            near = GeomAPI_ProjectPointOnCurve(local, curve, self.first, self.last)
-            ends = min(local.Distance(curve.Value(t)) for t in (self.first, self.last))
-            distance = min(near.LowerDistance(), ends) if near.NbPoints() else ends
-            worst = max(worst, scale * distance)
+        near, along = gp_Pnt(), gp_Vec()
+        for t, goal in zip(samples.tolist(), points, strict=True):
+            best = math.inf
+            for _ in range(_FOOT_STEPS):
+                self.curve.D1(t, near, along)
+                apart, tangent = goal - _coordinates(near), np.array(_coordinates(along))
+                best = min(best, float(np.linalg.norm(apart)))
+                speed = float(tangent @ tangent)
+                if speed == 0.0:
+                    break
+                t = self._within(t + float(apart @ tangent) / speed)
+            worst = max(worst, best)
         return worst
+
+    def _within(self, t: float) -> float:
+        """The nearest parameter of the edge; round a closed one."""
+        if self.closed and math.isfinite(t):
+            return self.first + (t - self.first) % (self.last - self.first)
+        return min(max(t, self.first), self.last)
 
 
 class _Point(_Path):
@@ -215,6 +237,9 @@ class _Point(_Path):
 
     def point(self, t: float) -> tuple[float, ...]:
         return self.vertex
+
+    def sample(self, at: Array) -> tuple[Array, Array]:
+        return np.tile(np.array(self.vertex), (len(at), 1)), np.zeros((len(at), 3))
 
     def length(self) -> float:
         return 0.0
@@ -238,27 +263,24 @@ def edge_range(edge: TopoDS_Edge) -> tuple[float, float]:
 class _Image:
     """A use of an edge: its p-curve on the face's surface."""
 
-    def __init__(self, coedge: CoEdge, curve: object, surface: BRepAdaptor_Surface) -> None:
+    def __init__(self, coedge: CoEdge, curve: Any, surface: BRepAdaptor_Surface) -> None:
         self.curve, self.surface, self.number = curve, surface, coedge.use.number
         self.reversed = coedge.reversed
         self.flip = -1.0 if coedge.use.face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
         self._point, self._u, self._v = gp_Pnt(), gp_Vec(), gp_Vec()
 
     def point(self, t: float) -> tuple[float, ...]:
-        uv = self.curve.Value(t)  # type: ignore[attr-defined]
-        point: tuple[float, ...] = _coordinates(self.surface.Value(uv.X(), uv.Y()))
-        return point
+        return _coordinates(self.surface.Value(*self.curve.Value(t).Coord()))
 
     def sample(self, at: Array) -> tuple[Array, Array]:
         """Points and unit normals, outwards, (n, 3); a normal is nan where the surface has none."""
         points, normals = [], []
-        d1, value = self.surface.D1, self.curve.Value  # type: ignore[attr-defined]
+        d1, value = self.surface.D1, self.curve.Value
         point, along_u, along_v = self._point, self._u, self._v
         for t in at.tolist():
-            uv = value(t)
-            d1(uv.X(), uv.Y(), point, along_u, along_v)
-            points.append(_coordinates(point))
-            normals.append(_coordinates(along_u.Crossed(along_v)))
+            d1(*value(t).Coord(), point, along_u, along_v)
+            points.append(point.Coord())
+            normals.append(along_u.Crossed(along_v).Coord())
         vectors = np.array(normals)
         lengths: Array = np.linalg.norm(vectors, axis=1, keepdims=True)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -279,8 +301,9 @@ def _image(coedge: CoEdge, surfaces: dict[int, BRepAdaptor_Surface]) -> _Image |
     return _Image(coedge, curve, surfaces[use.number])
 
 
-def _coordinates(triple: object) -> tuple[float, float, float]:
-    return triple.X(), triple.Y(), triple.Z()  # type: ignore[attr-defined]
+def _coordinates(triple: Any) -> tuple[float, float, float]:
+    found: tuple[float, float, float] = triple.Coord()
+    return found
 
 
 def _distance_of(image: _Image, path: _Path) -> Callable[[float], float]:
