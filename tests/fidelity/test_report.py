@@ -19,6 +19,7 @@ from trimray.fidelity.report_json import document, plain, schema, to_json
 from trimray.fidelity.report_junit import to_junit
 from trimray.fidelity.report_text import line_of, to_text
 from trimray.fidelity.result import Result, exit_code_of
+from trimray.fidelity.tolerances import PROFILES
 
 from .reports import HOSTILE, KINDS, LOST, MOVED, VOLUME, comparison, results
 from .validate import violations
@@ -158,3 +159,20 @@ def test_a_value_that_is_not_known_has_no_tolerance() -> None:
     assert (
         line_of(Finding("mass", "volume", None, 1.5, False, reason="no solid")) == "volume: - - 1.5, no solid"
     )
+
+
+def test_the_documented_tolerances_are_those_in_force() -> None:
+    text = (Path(__file__).resolve().parents[2] / "docs" / "fidelity.md").read_text()
+    rows = {
+        "volume, area, inertia": ("volume", "area", "inertia"),
+        "centroid, bounds, distance, depth": ("centroid", "bounds", "distance", "depth"),
+        "placement of an instance": ("placement",),
+        "colour, steps of 8 bit": ("color",),
+        "normal, radians": ("normal",),
+        "pixels of one picture": ("pixels",),
+    }
+    for title, names in rows.items():
+        (line,) = (line for line in text.splitlines() if line.startswith(f"| {title} |"))
+        cells = [float(cell) for cell in line.split("|")[2:5]]
+        for name in names:
+            assert [getattr(PROFILES[p], name) for p in ("strict", "default", "lenient")] == cells, name
