@@ -178,7 +178,7 @@ class _Path:
 
     def __init__(self, edge: TopoDS_Edge) -> None:
         self.curve = BRepAdaptor_Curve(edge)
-        self.first, self.last = self.curve.FirstParameter(), self.curve.LastParameter()
+        self.first, self.last = float(self.curve.FirstParameter()), float(self.curve.LastParameter())
         self.same_parameter = BRep_Tool.SameParameter_s(edge)
         start = self.point(self.first)
         apart = math.dist(start, self.point(self.last))

@@ -74,6 +74,7 @@ class _Findings:
         self.walk, self.prototype = walk, prototype
         self.faults: list[Fault] = []
         self._numbers: dict[TopoDS_Shape, list[int]] = {}
+        self._kinds = {use.number: use.kind for use in walk.faces}
         self._edges: dict[TopoDS_Shape, int] = {}
         for use in walk.faces:
             self._numbers.setdefault(use.face.TShape(), []).append(use.number)
@@ -101,7 +102,7 @@ class _Findings:
         self, word: str, shape: TopoDS_Shape, status: BRepCheck_Status, context: TopoDS_Shape | None
     ) -> None:
         name = status.name.removeprefix("BRepCheck_")
-        if name == "NoError":
+        if name == "NoError" or self._is_mesh(shape):
             return
         faces = self._faces(shape) or (self._faces(context) if context is not None else ())
         if context is not None and context.ShapeType() == TopAbs_ShapeEnum.TopAbs_FACE:
@@ -110,6 +111,15 @@ class _Findings:
         fault = Fault("invalid", what, self.prototype, faces, self._edges.get(shape.TShape(), -1))
         if fault not in self.faults[-64:]:
             self.faults.append(fault)
+
+    def _is_mesh(self, shape: TopoDS_Shape) -> bool:
+        """Faces that are triangles alone have no surface and no edges to be checked."""
+        return any(self._kinds.get(number) == "mesh" for number in self._faces_in(shape))
+
+    def _faces_in(self, shape: TopoDS_Shape) -> list[int]:
+        faces = TopTools_IndexedMapOfShape()
+        TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_FACE, faces)
+        return [number for face in faces for number in self._numbers.get(face.TShape(), [])]
 
     def _faces(self, shape: TopoDS_Shape) -> tuple[int, ...]:
         known = self._numbers.get(shape.TShape()) or self._users.get(shape.TShape(), [])
