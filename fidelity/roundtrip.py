@@ -14,6 +14,7 @@ from typing import Any, Literal
 from trimray import EmptyError, Error, LimitError, TimeLimitError, UsageError
 from trimray.exporter import Schema, write
 from trimray.image_io import write_file
+from trimray.model import Model
 from trimray.views import choose
 
 from .comparing import compare
@@ -114,7 +115,7 @@ def roundtrip(
     """Writes A to B, reads B from the written bytes alone, and compares it with A; then C, written from B,
     with B: a writer that is stable changes nothing any more there.
 
-    source: a path, bytes, or a shape given in Python, as of ``trimray.load``.
+    source: a path, bytes, or a shape given in Python, as of ``trimray.load``; or a Model.
     via: the format; "store" makes the B-rep anew from our own store of the model, and writes that as STEP:
         what differs then, the store has lost. schema: of STEP.
     writer: a command that does the writing in place of ours, with {in} and {out} for the paths.
@@ -200,11 +201,12 @@ def _write(source: Any, a: Side, target: Path, way: _Way) -> tuple[tuple[int, st
         with _file_of(source, a.format, target) as path:
             run_writer(way.writer, path, str(target), time_limit=limit)
         return ()
-    store = way.via == "store"
+    # A Model has nothing but its store.
+    store = way.via == "store" or isinstance(source, Model)
     written = write(
         a.sound._core if store else source,
         target,
-        via="step" if store else way.via,  # type: ignore[arg-type]
+        via="step" if way.via == "store" else way.via,  # type: ignore[arg-type]
         schema=way.schema,  # type: ignore[arg-type]
         name=a.name,
         time_limit=limit,
