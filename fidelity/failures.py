@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,8 +19,9 @@ from .result import Command, Result
 from .running import FAILURE, Running
 from .tolerances import PROFILES
 
-# Findings that a message shows, and views whose pictures are saved.
+# Findings that a message shows, those of one name, and views whose pictures are saved.
 _FINDINGS = 8
+_ALIKE = 2
 _VIEWS = 2
 # Ends of the names of all files that are saved.
 _OURS = (".a.png", ".b.png", ".overlay.png", ".golden.png", ".now.png", "report.html")
@@ -91,11 +93,23 @@ def _lines(comparison: Comparison) -> list[str]:
         return [f"{head}: {comparison.error}"]
     count = len(comparison.findings)
     lines = [f"{head}: {len(different)} of {count} values differ (profile {comparison.profile})"]
-    lines += [f"  {finding.section}: {line_of(finding)}" for finding in different[:_FINDINGS]]
-    if len(different) > _FINDINGS:
-        lines.append(f"  and {len(different) - _FINDINGS} more")
+    some = _varied(different)
+    lines += [f"  {finding.section}: {line_of(finding)}" for finding in some]
+    if len(different) > len(some):
+        lines.append(f"  and {len(different) - len(some)} more")
     faces = [finding.where for finding in different if finding.where.startswith("face ")]
     return [*lines, f"  worst: {faces[0]}"] if faces else lines
+
+
+def _varied(findings: Sequence[Finding]) -> list[Finding]:
+    """The first ones, few of each name."""
+    seen: Counter[tuple[str, str]] = Counter()
+    few = []
+    for finding in findings:
+        seen[finding.section, finding.name] += 1
+        if seen[finding.section, finding.name] <= _ALIKE:
+            few.append(finding)
+    return few[:_FINDINGS]
 
 
 def _badness(finding: Finding) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ next to nothing for a test that does not call the assertions.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -30,7 +31,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    before = running.enter(_running(item))
+    before = running.enter(partial(_running, item))
     yield
     running.enter(before)
 

@@ -10,6 +10,7 @@ import os
 import re
 import sys
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -42,10 +43,13 @@ class Running:
         return self.folder / os.path.expanduser(os.fspath(path))
 
     def model(self, source: Any) -> Any:
-        """A model to be read: a relative path that does not exist, but does beside the test file, is that."""
+        """A model to be read: a relative path that exists beside the test file alone is that one, and a
+        builder of build123d is what it has built."""
         if isinstance(source, str | os.PathLike) and not os.path.exists(source):
             near = self.beside(source)
             return near if near.exists() else source
+        if not hasattr(source, "wrapped") and hasattr(getattr(source, "part", None), "wrapped"):
+            return source.part
         return source
 
     def shown(self, path: Path) -> str:
@@ -60,18 +64,24 @@ class Running:
         return plain if plain and simple else f"{plain}-{zlib.crc32(self.id.encode(errors='replace')):08x}"
 
 
-_current: Running | None = None
+_Maker = Callable[[], Running]
+_current: Running | _Maker | None = None
 
 
-def enter(running: Running | None) -> Running | None:
-    """Makes it the current one; the one before it is returned."""
+def enter(running: Running | _Maker | None) -> Running | _Maker | None:
+    """Makes it the current one, or what makes it when it is asked for; the one before it is returned."""
     global _current
     before, _current = _current, running
     return before
 
 
 def here() -> Running:
-    return _current or _caller()
+    global _current
+    if _current is None:
+        return _caller()
+    if not isinstance(_current, Running):
+        _current = _current()
+    return _current
 
 
 def _caller() -> Running:

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Callable, Iterator
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cadquery as cq
@@ -25,7 +26,7 @@ from trimray.testing import assert_matches_picture, assert_roundtrip, assert_sam
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZE = (100, 80)
-SMALL: dict[str, Any] = {"views": ["iso"], "size": (64, 64)}
+SMALL: dict[str, Any] = {"views": ["iso"], "size": (64, 64), "points": 500}
 
 
 def part(radius: float = 4.0, moved: float = 0.0) -> cq.Workplane:
@@ -76,7 +77,7 @@ def test_files(tmp_path):
     a, b = tmp_path / "a.step", tmp_path / "b.step"
     cq.exporters.export(part(4.0), str(a))
     cq.exporters.export(part(RADIUS), str(b))
-    assert_same_geometry(a, b, views=["iso"], size=(64, 64))
+    assert_same_geometry(a, b, views=["iso"], size=(64, 64), points=500)
 """
 
 
@@ -240,8 +241,8 @@ def test_whatever_holds_a_shape_is_compared(test_folder: Running) -> None:
 
     solid = part().val()
     assert isinstance(solid, cq.Shape)
-    model = trimray.load(part())
-    for other in (solid, solid.wrapped, FromAnotherLibrary(solid), cq.Assembly(part()), model):
+    model, builder = trimray.load(part()), SimpleNamespace(part=FromAnotherLibrary(solid))
+    for other in (solid, solid.wrapped, FromAnotherLibrary(solid), builder, cq.Assembly(part()), model):
         assert_same_geometry(model, other, **SMALL)
 
 
@@ -254,6 +255,10 @@ def test_models_are_found_beside_the_test(test_folder: Running) -> None:
         lambda: assert_matches_picture("gone.step", "a.png"),
     ):
         assert "gone.step: " in message_of(call).splitlines()[0]
+
+
+def test_a_model_is_written_from_its_store(test_folder: Running) -> None:
+    assert_roundtrip(trimray.load(part()), **SMALL)
 
 
 def test_a_round_trip_that_loses_something(test_folder: Running) -> None:
