@@ -13,6 +13,8 @@ from .result import Result
 
 # Characters of a value in a cell; the JSON has all of it.
 _WIDEST = 44
+# A reason of at most so many characters stands beside its values, a longer one below them.
+_SHORT = 32
 # Rows of one table; the JSON has all of them.
 _MOST_ROWS = 200
 
@@ -104,8 +106,9 @@ def _table(findings: list[Finding]) -> str:
     text = ""
     for row_cells, reason in lines:
         row = "  ".join(f"{cell:{width}}" for cell, width in zip(row_cells, widths, strict=True))
-        text += f"  {row.rstrip()}\n"
-        if reason:
+        beside = len(reason) <= _SHORT
+        text += f"  {row}  {reason}".rstrip() + "\n" if beside else f"  {row.rstrip()}\n"
+        if not beside:
             text += f"  {'':{widths[0]}}    {reason}\n"
     if len(findings) > _MOST_ROWS:
         text += f"  and {len(findings) - _MOST_ROWS} more; --json has all\n"

@@ -92,12 +92,21 @@ def test_junit_has_a_case_a_value_and_a_failure_a_difference() -> None:
     suite = root[1]
     cases = suite.findall("testcase")
     assert [case.get("name") for case in cases][1] == "distance of points of A from B (face 12)"
-    assert [case.get("classname") for case in cases][1] == "trimray.roundtrip.geometry"
+    assert [case.get("classname") for case in cases][1] == "part.step as STEP AP242.geometry"
     failures = suite.findall("testcase/failure")
     assert [failure.get("type") for failure in failures] == ["different", "missing"]
     message = str(failures[0].get("message"))
     assert "2.5e-3" not in message and "difference 0.0025 mm, tolerance 1e-06 mm" in message
     assert root[2].find("testcase/error").get("message") == "the writer ended with 3"  # type: ignore[union-attr]
+
+
+def test_junit_knows_every_case_by_class_and_name() -> None:
+    both = comparison(VOLUME, b="part.step as STEP"), comparison(VOLUME, b="part.step as STEP, twice")
+    data = to_junit(
+        [Result("part.step", "roundtrip", both), Result("b.step", "check", (comparison(VOLUME, b="b.step"),))]
+    )
+    cases = [(case.get("classname"), case.get("name")) for case in xml.fromstring(data).iter("testcase")]
+    assert len(set(cases)) == len(cases) == 3
 
 
 def test_junit_survives_hostile_names() -> None:
@@ -131,6 +140,15 @@ def test_nothing_in_a_name_reaches_the_terminal() -> None:
     for text in (to_text(results(), everything=True), line_of(replace(MOVED, where=HOSTILE))):
         assert not set(text) & set("\x1b\u202e\udcff\x9b")
     assert text.encode("utf-8")
+
+
+def test_a_short_reason_stands_beside_its_values_and_a_long_one_below() -> None:
+    for reason, beside in (
+        ("only in A", True),
+        ("a reason that is too long for the line of its values", False),
+    ):
+        lines = to_text([Result("a", "compare", (comparison(replace(LOST, reason=reason)),))]).splitlines()
+        assert len(lines) == (3 if beside else 4) and lines[-1].endswith(reason)
 
 
 def test_many_differences_are_cut_and_counted() -> None:
