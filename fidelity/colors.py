@@ -42,10 +42,8 @@ def compare_colors(matching: Matching, tolerances: Tolerances) -> list[Finding]:
     wrong: list[Finding] = []
     largest = 0
     seen: tuple[set[bytes], set[bytes]] = set(), set()
-    for part_a, part_b in matching.pairs:
-        key = int(a.prototypes[part_a.number]), int(b.prototypes[part_b.number])
-        faces = matching.faces[key]
-        colors = colors_of(a, part_a.number, faces[:, 0]), colors_of(b, part_b.number, faces[:, 1])
+    for part, number_a, number_b, faces in matching.alike:
+        colors = colors_of(a, number_a, faces[:, 0]), colors_of(b, number_b, faces[:, 1])
         for known, table in zip(seen, colors, strict=True):
             known.update(row.tobytes() for row in np.unique(table, axis=0) if row[0] >= 0)
         steps = np.abs(colors[0] - colors[1]).max(axis=1, initial=0)
@@ -57,7 +55,7 @@ def compare_colors(matching: Matching, tolerances: Tolerances) -> list[Finding]:
             here = np.flatnonzero(
                 (colors[0] == values[:4]).all(axis=1) & (colors[1] == values[4:8]).all(axis=1)
             )
-            wrong.append(_finding(a, part_a.call(), values, faces[here, 0], len(faces), tolerances.color))
+            wrong.append(_finding(a, part, values, faces[here, 0], len(faces), tolerances.color))
     wrong.sort(key=lambda finding: -(finding.difference or 0.0))
     summary = Finding(
         "structure", "colours", len(seen[0]), len(seen[1]), not wrong, "steps of 8 bit", float(largest),

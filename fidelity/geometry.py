@@ -111,10 +111,9 @@ Place = tuple[int, int]  # instance and face
 def partners(matching: Matching, *, turned: bool = False) -> dict[Place, Place]:
     """By face at a place of A: that of B. turned: the other way round."""
     result: dict[Place, Place] = {}
-    for a, b in matching.pairs:
-        key = int(matching.a.prototypes[a.number]), int(matching.b.prototypes[b.number])
-        for face_a, face_b in matching.faces[key].tolist():
-            one, other = (a.number, face_a), (b.number, face_b)
+    for _, number_a, number_b, faces in matching.alike:
+        for face_a, face_b in faces.tolist():
+            one, other = (number_a, face_a), (number_b, face_b)
             result[other if turned else one] = one if turned else other
     return result
 

@@ -22,18 +22,41 @@ _BLOCK = 1 << 22
 
 @dataclass
 class Matching:
-    """pairs: placed parts of A and B that are the same; only_a, only_b: those without a partner."""
+    """pairs: placed parts of A and B that are the same; only_a, only_b: those without a partner.
+
+    flat: one of the formats holds no tree, and has the parts of the other one in one: they are not compared.
+    """
 
     a: Side
     b: Side
     pairs: list[tuple[PlacedPart, PlacedPart]]
     only_a: list[PlacedPart]
     only_b: list[PlacedPart]
+    flat: bool = False
 
     @cached_property
     def scale(self) -> float:
         """mm: the larger diagonal."""
         return max(self.a.diagonal, self.b.diagonal)
+
+    @cached_property
+    def alike(self) -> list[tuple[str, int, int, Int64s]]:
+        """What a part is called, its instances in A and B, and (n, 2) numbers of the same faces."""
+        if not self.flat:
+            numbers = [(a, b, self._prototypes(a, b)) for a, b in self.pairs]
+            return [(a.call(), a.number, b.number, self.faces[key]) for a, b, key in numbers]
+        names = [part.call() for part in placed_parts(self.a)]
+        places, points = zip(*(_in_world(side) for side in (self.a, self.b)), strict=True)
+        near = nearest_pairs(points[0], points[1], _NEAR * self.scale)
+        rows = np.column_stack([places[0][near[:, 0]], places[1][near[:, 1]]])
+        result = []
+        for one, other in np.unique(rows[:, [0, 2]], axis=0).tolist():
+            here = (rows[:, 0] == one) & (rows[:, 2] == other)
+            result.append((names[one], one, other, rows[here][:, [1, 3]]))
+        return result
+
+    def _prototypes(self, a: PlacedPart, b: PlacedPart) -> tuple[int, int]:
+        return int(self.a.prototypes[a.number]), int(self.b.prototypes[b.number])
 
     @cached_property
     def faces(self) -> dict[tuple[int, int], Int64s]:
@@ -42,7 +65,7 @@ class Matching:
         centers = face_centers(self.a), face_centers(self.b)
         kinds = [np.array(kind_families(s.sound._core.face_kinds()), dtype=str) for s in (self.a, self.b)]
         for a, b in self.pairs:
-            key = int(self.a.prototypes[a.number]), int(self.b.prototypes[b.number])
+            key = self._prototypes(a, b)
             if key in result:
                 continue
             # In the world, so that parts with frames of their own compare.
@@ -68,6 +91,8 @@ class Matching:
 def match(a: Side, b: Side) -> Matching:
     """By path and shape, then by path, by name, and at last by shape and place."""
     rest_a, rest_b = placed_parts(a), placed_parts(b)
+    if len(rest_a) != len(rest_b) and not (a.holds("tree") and b.holds("tree")):
+        return Matching(a, b, [], [], [], flat=True)
     scale = max(a.diagonal, b.diagonal)
     pairs: list[tuple[PlacedPart, PlacedPart]] = []
     stages: list[tuple[Callable[[PlacedPart], Hashable], float]] = [
@@ -94,6 +119,18 @@ def match(a: Side, b: Side) -> Matching:
     if len(rest_a) == len(rest_b) == 1 and not pairs:  # two files of one part each
         pairs, rest_a, rest_b = [(rest_a[0], rest_b[0])], [], []
     return Matching(a, b, sorted(pairs, key=lambda pair: pair[0].number), rest_a, rest_b)
+
+
+def _in_world(side: Side) -> tuple[Int64s, Float64s]:
+    """(n, 2) instance and face, and (n, 3) middle, of all faces."""
+    centers = face_centers(side)
+    places, points = [np.empty((0, 2), np.int64)], [np.empty((0, 3))]
+    for instance, prototype in enumerate(side.prototypes.tolist()):
+        numbers = np.arange(*side.arrays["prototypes"]["faces"][prototype])
+        places.append(np.column_stack([np.full(len(numbers), instance), numbers]))
+        placement = side.placements[instance]
+        points.append(centers[numbers] @ placement[:, :3].T + placement[:, 3])
+    return np.concatenate(places), np.concatenate(points)
 
 
 def _groups(

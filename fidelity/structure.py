@@ -19,6 +19,8 @@ from .tolerances import Tolerances
 
 def compare_structure(matching: Matching, tolerances: Tolerances) -> list[Finding]:
     a, b = matching.a, matching.b
+    if matching.flat:
+        return [_unit(a, b), _cannot("tree", a, b), *_layers(a, b)]
     findings = [
         _unit(a, b),
         count("structure", "instances", (a.prototypes.size, b.prototypes.size)),

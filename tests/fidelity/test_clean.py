@@ -104,6 +104,20 @@ def test_iges_and_step_of_one_shape(samples_dir: Path, load_here: Load) -> None:
     clean(load_here(samples_dir / "bracket.step"), load_here(samples_dir / "bracket_solid.igs"))
 
 
+def test_an_assembly_in_a_format_without_a_tree(tmp_path: Path, load_here: Load) -> None:
+    """All parts are one there; where they touch, faces of both lie in one place."""
+    pair = shapes.pair(places=(0.0, 20.0))
+    solids = cq.Compound.makeCompound([solid for child in pair.children for solid in moved_solids(child)])
+    cq.exporters.export(cq.Workplane(solids), str(tmp_path / "pair.brep"), "BREP")
+    found = quick(pair, load_here(tmp_path / "pair.brep"))
+    assert [(f.section, f.name, f.where) for f in found.differences()] == []
+    assert any(f.reason == "not compared: brep holds none" and f.name == "tree" for f in found.findings)
+
+
+def moved_solids(child: Any) -> list[Any]:
+    return [shape.moved(child.loc) for shape in child.shapes]
+
+
 def test_faces_in_another_order() -> None:
     box = cq.Workplane().box(*shapes.BOX)
     clean(shapes.shell_of(box), shapes.shell_of(box, order=-1))
