@@ -16,7 +16,7 @@ from .side import Float64s, Side
 from .tolerances import Tolerances
 
 # Of the mesh, as a share of the diagonal.
-_DEVIATION = 3e-4
+_DEVIATION = 1e-3
 # Units whose sizes files mix up, in mm.
 _UNITS = {"mm": 1.0, "cm": 10.0, "inch": 25.4, "ft": 304.8, "m": 1000.0, "mil": 0.0254, "um": 1e-3}
 

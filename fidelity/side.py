@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 import trimray
 from trimray.model import Model
+
+if TYPE_CHECKING:
+    from trimray.importer.inspection import Inspection
 
 Float64s = npt.NDArray[np.float64]
 Int64s = npt.NDArray[np.int64]
@@ -37,7 +40,7 @@ class Side:
 
     name: str
     model: Model | None
-    inspection: Any = None
+    inspection: Inspection | None = None
     error: str = ""
     empty: bool = False  # it was read, and holds no face
     failure: trimray.Error | None = None  # what reading it raised
@@ -109,22 +112,37 @@ def read(source: Any, *, name: str | None = None, inspect: bool = True, **option
         return source
     if isinstance(source, Model):
         return _of_model(name or source._source, source)
+    is_file = isinstance(source, str | os.PathLike | bytes)
     shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "")
-    try:
-        # Of a shape, the name would be taken for its part's.
-        called = name if isinstance(source, str | os.PathLike | bytes) else None
-        model = trimray.load(source, name=called, **options)
-    except trimray.UsageError:
-        raise
-    except trimray.Error as error:
-        empty = isinstance(error, trimray.EmptyError)
-        return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
-    side = _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
-    if inspect and not side.error:
-        allowed = {key: value for key, value in options.items() if key not in ("cache", "prepare")}
-        with suppress(trimray.Error):  # of triangles, or beyond a limit: the mesh has to do
-            side.inspection = trimray.inspect(source, name=name, **allowed)
+    with ThreadPoolExecutor(1) as beside:
+        # Files are inspected in a process of their own, so meanwhile the model is read; but not where
+        # processes are forked, which suffers no other thread.
+        inspecting = None
+        if inspect and is_file and options.get("start", "spawn") == "spawn":
+            inspecting = beside.submit(_inspect, source, name, options)
+        try:
+            # Of a shape, the name would be taken for its part's.
+            model = trimray.load(source, name=name if is_file else None, **options)
+        except trimray.UsageError:
+            raise
+        except trimray.Error as error:
+            empty = isinstance(error, trimray.EmptyError)
+            return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
+        side = _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
+        if inspecting is not None:
+            side.inspection = inspecting.result()
+        elif inspect:
+            side.inspection = _inspect(source, name, options)
     return side
+
+
+def _inspect(source: Any, name: str | None, options: dict[str, Any]) -> Inspection | None:
+    """None of triangles, or beyond a limit: a mesh has to do."""
+    words = ("heal", "precision", "time_limit", "memory_limit", "start")
+    try:
+        return trimray.inspect(source, name=name, **{key: options[key] for key in words if key in options})
+    except trimray.Error:
+        return None
 
 
 def _of_model(name: str, model: Model) -> Side:

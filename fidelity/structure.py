@@ -170,16 +170,14 @@ def _above(part: PlacedPart) -> tuple[str, ...]:
 
 def _layers(a: Side, b: Side) -> list[Finding]:
     """Their names, and how many faces and instances are on them, as the inspections of both say."""
-    if a.inspection is None or b.inspection is None:
+    inspections = [side.inspection for side in (a, b) if side.inspection is not None]
+    if len(inspections) < 2:
         return []
     if not (a.holds("layers") and b.holds("layers")):
         return [_cannot("layers", a, b)]
     sides = [
-        {
-            name: {kind: len(items) for kind, items in held.items()}
-            for name, held in side.inspection.layers.items()
-        }
-        for side in (a, b)
+        {name: {kind: len(items) for kind, items in held.items()} for name, held in inspection.layers.items()}
+        for inspection in inspections
     ]
     wrong = [
         found(
