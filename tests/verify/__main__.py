@@ -1,4 +1,4 @@
-"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|fidelity|batch|sheet`."""
+"""The full runs: `scripts/verify closed-forms|reference|parity|opencascade|mesh|hybrid|fidelity|...`"""
 
 from __future__ import annotations
 

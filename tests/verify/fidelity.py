@@ -107,8 +107,8 @@ def _short(value: object) -> str:
 
 def line(r: Row) -> str:
     return (
-        f"{r.model:36.36} {r.via:5} {r.faces:6} {r.verdict:9} {r.distance:10.1e} {r.volume:9.1e} {r.area:9.1e} "
-        f"{r.noise:9.1e} {r.pixels:6} {r.seconds:6.1f} {len(r.explained):9} {len(r.failures):8}"
+        f"{r.model:36.36} {r.via:5} {r.faces:6} {r.verdict:9} {r.distance:10.1e} {r.volume:9.1e} "
+        f"{r.area:9.1e} {r.noise:9.1e} {r.pixels:6} {r.seconds:6.1f} {len(r.explained):9} {len(r.failures):8}"
     )
 
 
