@@ -1,7 +1,8 @@
 """What a model consists of, counted in the world: a part placed twice counts twice.
 
 Bezier and B-spline faces are one kind: files do not tell them apart. Shells count with their faces; a vertex
-or an edge counts for each part that has it.
+or an edge counts for each part that has it. An open shell of one face is that face: STEP knows no other way
+to write one that is in no shell.
 """
 
 from __future__ import annotations
@@ -47,9 +48,10 @@ def counts_of(side: Side) -> dict[str, int]:
     arrays, uses = side.arrays, side.uses
     shells, faces, edges = arrays["shells"], arrays["faces"], arrays["edges"]
     shell_uses = uses[shells["prototype"]]
-    lone = shells["lone"].astype(bool)
     closed = shells["closed"].astype(bool)
     of_solid = shells["solid"] >= 0
+    single = (np.diff(shells["faces"], axis=1).ravel() == 1) & ~closed & ~of_solid
+    lone = shells["lone"].astype(bool) | single
     solids = np.unique(np.column_stack([shells["prototype"], shells["solid"]])[of_solid], axis=0)
     edge_uses = uses[side.owners("edges")]
     # How often an edge is used by faces, each use of a seam for one.
