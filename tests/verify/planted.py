@@ -22,7 +22,7 @@ Arrays = dict[str, Any]
 Meta = dict[str, Any]
 
 _BSPLINE = 8  # store.h, SurfaceKind
-_PLANE = 0
+_PLANE, _TORUS = 0, 4
 # Of the diagonal.
 _MOVE = 1e-4
 
@@ -33,8 +33,9 @@ class NotApplicable(Exception):
 
 @dataclass(frozen=True)
 class Defect:
-    """plant: changes arrays and meta, given the diagonal (mm); returns what it has changed. sections: that have
-    to tell of it. via: the format it survives in; OpenCascade's STEP reader mends some. edit: of the text."""
+    """plant: changes arrays and meta, given the diagonal (mm); returns what it has changed. sections: those
+    that have to tell. via: the format it survives in; OpenCascade's STEP reader mends some. edit: of the text.
+    """
 
     name: str
     plant: Callable[[Arrays, Meta, float], str]
@@ -86,14 +87,23 @@ def moved_face(arrays: Arrays, meta: Meta, diagonal: float) -> str:
     face = int(_sound_faces(arrays)[0])
     number = int(arrays["faces"][face]["surface"])
     record = arrays["surfaces"][number]
+    begin, end = record["ctrl"].tolist()
     along = record["z_axis"] if record["kind"] == _PLANE else record["x_axis"]
-    if not np.any(along):
-        along = np.array([0.0, 0.0, 1.0])
+    if record["kind"] > _TORUS:
+        along = _across(arrays["ctrl_h"][begin:end], int(record["count_v"]))
     shift = _MOVE * diagonal * along
     arrays["surfaces"]["location"][number] += shift
-    begin, end = record["ctrl"].tolist()
     arrays["ctrl_h"][begin:end, :3] += shift * arrays["ctrl_h"][begin:end, 3:]
     return f"face {face}"
+
+
+def _across(ctrl_h: Any, columns: int) -> Any:
+    """The normal of a net of control points, at its largest cell."""
+    net = (ctrl_h[:, :3] / ctrl_h[:, 3:]).reshape(-1, columns, 3)
+    crosses = np.cross(net[1:, :-1] - net[:-1, :-1], net[:-1, 1:] - net[:-1, :-1]).reshape(-1, 3)
+    sizes = np.linalg.norm(crosses, axis=1)
+    largest = int(sizes.argmax())
+    return crosses[largest] / sizes[largest]
 
 
 def flipped_face(arrays: Arrays, meta: Meta, diagonal: float) -> str:
@@ -124,7 +134,9 @@ def lost_hole(arrays: Arrays, meta: Meta, diagonal: float) -> str:
 def _loop_size(arrays: Arrays, loop: int) -> float:
     coedges = arrays["coedges"][slice(*arrays["loops"]["coedges"][loop].tolist())]
     spans = [s for c in coedges for s in arrays["trim_pieces"]["ctrl"][slice(*c["pieces"].tolist())].tolist()]
-    points = np.concatenate([arrays["trim_ctrl_h"][b:e, :2] / arrays["trim_ctrl_h"][b:e, 2:] for b, e in spans])
+    points = np.concatenate(
+        [arrays["trim_ctrl_h"][b:e, :2] / arrays["trim_ctrl_h"][b:e, 2:] for b, e in spans]
+    )
     return float(np.prod(np.ptp(points, axis=0)))
 
 
@@ -134,7 +146,10 @@ def changed_color(arrays: Arrays, meta: Meta, diagonal: float) -> str:
     color = arrays["faces"]["color"][face]
     prototype = int(arrays["faces"]["prototype"][face])
     instances = arrays["instances"]
-    for other in (*instances["color"][instances["prototype"] == prototype], arrays["prototypes"]["color"][prototype]):
+    for other in (
+        *instances["color"][instances["prototype"] == prototype],
+        arrays["prototypes"]["color"][prototype],
+    ):
         if color[0] < 0.0:
             color = other
     if color[0] < 0.0:
@@ -211,14 +226,17 @@ def changed_knot(arrays: Arrays, meta: Meta, diagonal: float) -> str:
 
 
 def degraded_pcurve(arrays: Arrays, meta: Meta, diagonal: float) -> str:
-    """Of one edge of the largest plane, by a hundred thousandth of the size."""
+    """Of one edge of the largest face, by a thousandth of the face's size."""
     for face in _sound_faces(arrays).tolist():
-        if arrays["surfaces"]["kind"][arrays["faces"]["surface"][face]] != _PLANE:
-            continue
-        coedge = int(np.flatnonzero(arrays["coedges"]["face"] == face)[0])
-        for begin, end in arrays["trim_pieces"]["ctrl"][slice(*arrays["coedges"]["pieces"][coedge].tolist())]:
-            arrays["trim_ctrl_h"][begin:end, :2] += 1e-5 * diagonal * arrays["trim_ctrl_h"][begin:end, 2:]
-        return f"edge {int(arrays['coedges']['edge'][coedge])}"
+        sizes = np.ptp(arrays["faces"]["uv_box"][face], axis=0)
+        for coedge in np.flatnonzero(arrays["coedges"]["face"] == face).tolist():
+            record = arrays["coedges"][coedge]
+            if record["seam"] or arrays["edges"]["degenerate"][record["edge"]]:
+                continue
+            for begin, end in arrays["trim_pieces"]["ctrl"][slice(*record["pieces"].tolist())].tolist():
+                points = arrays["trim_ctrl_h"][begin:end]
+                points[:, :2] += 1e-3 * sizes * points[:, 2:]
+            return f"edge {int(record['edge'])}"
     raise NotApplicable
 
 
@@ -236,9 +254,7 @@ def in_millimetres(arrays: Arrays, meta: Meta, diagonal: float) -> str:
 
 def as_inches(text: str) -> str:
     """The numbers of a file in mm, called inches."""
-    inch = (
-        r"#\1=(CONVERSION_BASED_UNIT('INCH',#9000001)LENGTH_UNIT()NAMED_UNIT(#9000002));"
-    )
+    inch = r"#\1=(CONVERSION_BASED_UNIT('INCH',#9000001)LENGTH_UNIT()NAMED_UNIT(#9000002));"
     found = r"#(\d+)\s*=\s*\(\s*LENGTH_UNIT\(\)\s*NAMED_UNIT\(\*\)\s*SI_UNIT\(\.MILLI\.,\.METRE\.\)\s*\)\s*;"
     shared = (
         "#9000001=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#9000003);\n"
@@ -261,7 +277,7 @@ DEFECTS = (
     Defect("changed colour", changed_color, _of("structure")),
     Defect("renamed part", renamed_part, _of("structure")),
     Defect("dropped instance", dropped_instance, _of("structure", "topology")),
-    Defect("inch for millimetre", in_millimetres, _of("structure", "mass", "geometry"), edit=as_inches),
+    Defect("inch for millimetre", in_millimetres, _of("mass", "geometry"), edit=as_inches),
     Defect("swapped transform", swapped_transform, _of("structure", "geometry")),
     Defect("changed knot", changed_knot, _of("geometry")),
     Defect("degraded p-curve", degraded_pcurve, _of("geometry"), via="brep"),
