@@ -32,6 +32,7 @@ class Part:
     name: str = ""
     color: Color = kNoColor
     faces: list[tuple[TopoDS_Shape, Color, str]] = field(default_factory=list)
+    layers: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -79,6 +80,7 @@ class DocumentBuilder:
         self._parts, self._nodes = parts, nodes
         self._shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
         self._colors = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+        self._layers = XCAFDoc_DocumentTool.LayerTool_s(document.Main())
         self._labels: dict[int, TDF_Label] = {}  # of parts
         self._assemblies: dict[Any, TDF_Label] = {}
         self._children: dict[int, list[int]] = {}
@@ -144,6 +146,8 @@ class DocumentBuilder:
         set_name(label, part.name or name)
         if part.color[0] >= 0.0:
             self._colors.SetColor(label, _rgba(part.color), _SURFACE)
+        for layer in part.layers:
+            self._layers.SetLayer(label, TCollection_ExtendedString(layer, True))
         for face, color, face_name in part.faces:
             sub = self._shapes.AddSubShape(label, face)
             if sub.IsNull():

@@ -53,6 +53,9 @@ def rebuild(arrays: dict[str, Any], meta: str) -> Rebuilt:
             if color[0] >= 0.0 or face_name:
                 part.faces.append((face, color, face_name))
         parts.append(part)
+    for layer, held in (about.get("layers") or {}).items():
+        for number in held.get("prototypes", ()):
+            parts[number].layers.append(layer)
     instances = arrays["instances"]
     placements = np.ascontiguousarray(instances["placement"].transpose(0, 2, 1)).reshape(-1, 12)
     nodes = nodes_of(about, instances["prototype"].tolist(), placements, instances["color"])
