@@ -34,7 +34,8 @@ class NotApplicable(Exception):
 @dataclass(frozen=True)
 class Defect:
     """plant: changes arrays and meta, given the diagonal (mm); returns what it has changed. sections: those
-    that have to tell. via: the format it survives in; OpenCascade's STEP reader mends some. edit: of the text.
+    that have to tell. via: the format it survives in; OpenCascade's STEP reader mends some. edit: of the
+    text.
     """
 
     name: str
@@ -273,7 +274,7 @@ def _of(*sections: str) -> frozenset[str]:
 DEFECTS = (
     Defect("moved face", moved_face, _of("geometry")),
     Defect("flipped face", flipped_face, _of("geometry"), via="brep"),
-    Defect("lost hole", lost_hole, _of("topology", "geometry")),
+    Defect("lost hole", lost_hole, _of("topology", "mass")),
     Defect("changed colour", changed_color, _of("structure")),
     Defect("renamed part", renamed_part, _of("structure")),
     Defect("dropped instance", dropped_instance, _of("structure", "topology")),
