@@ -32,6 +32,7 @@ _SECTIONS: dict[str, Section] = {
     "non-manifold edge": "topology",
     "inside out": "topology",
     "edge off its face": "geometry",
+    "edge out of step": "geometry",
     "vertex off its edge": "geometry",
 }
 

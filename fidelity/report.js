@@ -78,7 +78,8 @@ function show() {
   }
   for (const comparison of result.comparisons) {
     // The name of a comparison of two files says both already.
-    if (result.command !== "compare") parts.push(make("h3", "", `A: ${comparison.a} · B: ${comparison.b}`));
+    if (result.command === "check") parts.push(make("h3", "", "A: as declared · B: as it arrived"));
+    if (result.command === "roundtrip") parts.push(make("h3", "", `A: ${comparison.a} · B: ${comparison.b}`));
     parts.push(verdict(comparison), ...different(comparison), ...pictures(comparison, state, writeHash));
     parts.push(...agreeing(comparison));
   }
