@@ -28,12 +28,6 @@ VIAS = ("step", "iges", "brep", "store")
 SCHEMAS = ("ap203", "ap214", "ap242")
 _SUFFIX = {"step": ".step", "iges": ".igs", "brep": ".brep", "store": ".step"}
 
-# What a finding says where a format, as OpenCascade writes it, has no place for something.
-_CANNOT = {
-    "iges": "IGES as OpenCascade writes it holds no assembly: parts stand where they are, without instances",
-    "brep": "BREP files hold shapes alone: no names, colours, layers, assembly or unit",
-}
-
 
 @dataclass(frozen=True)
 class RoundTrip:
@@ -140,11 +134,11 @@ def roundtrip(
         leg = _leg(source, a, path, way, b)
         if keep is not None and leg.size:
             _keep(path, keep)
-        first = _compared(a, leg, b, way, profile, comparing)
+        first = _compared(a, leg, b, profile, comparing)
         if not twice or leg.side is None:
             return RoundTrip(first, None, leg.size, leg.code or exit_code_of([first]))
         other = _leg(str(path), leg.side, again, way, c)
-        second = _compared(leg.side, other, c, way, profile, comparing)
+        second = _compared(leg.side, other, c, profile, comparing)
     return RoundTrip(first, second, leg.size, other.code or exit_code_of([first, second]))
 
 
@@ -235,7 +229,7 @@ def _timed(leg: _Leg, stage: str) -> Iterator[None]:
         leg.seconds[stage] = time.perf_counter() - start
 
 
-def _compared(a: Side, leg: _Leg, b: str, way: _Way, profile: str, comparing: dict[str, Any]) -> Comparison:
+def _compared(a: Side, leg: _Leg, b: str, profile: str, comparing: dict[str, Any]) -> Comparison:
     """a with what a leg has brought. b: it is called."""
     unwritten = tuple(_unwritten(a, face, reason) for face, reason in leg.issues)
     if leg.side is None:
@@ -244,7 +238,7 @@ def _compared(a: Side, leg: _Leg, b: str, way: _Way, profile: str, comparing: di
             a.name, b, profile, unwritten, error=leg.error, seconds=leg.seconds, verdict=verdict
         )
     compared = compare(a, leg.side, profile=profile, **comparing)
-    findings = (*unwritten, *(_explained(finding, way) for finding in compared.findings))
+    findings = (*unwritten, *compared.findings)
     verdict = (
         verdict_of(findings) if compared.verdict in ("complete", "changed", "partial") else compared.verdict
     )
@@ -254,13 +248,6 @@ def _compared(a: Side, leg: _Leg, b: str, way: _Way, profile: str, comparing: di
 def _unwritten(a: Side, face: int, reason: str) -> Finding:
     where = a.where(face) if face >= 0 else ""
     return Finding("file", "written", True, None, False, missing=True, where=where, reason=reason)
-
-
-def _explained(finding: Finding, way: _Way) -> Finding:
-    """With a reason, where the format cannot hold what differs."""
-    if finding.same or finding.reason or finding.section != "structure" or way.writer is not None:
-        return finding
-    return replace(finding, reason=_CANNOT.get(way.via, ""))
 
 
 def _keep(written: Path, target: str | os.PathLike[str]) -> None:
