@@ -140,14 +140,19 @@ def save(running: Running, files: Mapping[str, bytes]) -> str:
     reason = ""
     try:
         folder = _fresh(running, name)
-    except OSError as error:  # as in a checkout that cannot be written to
-        reason = f" ({running.shown(running.report)}: {error.strerror})"
+        _write(folder, files)
+    except (OSError, trimray.OutputError) as error:  # as in a checkout that cannot be written to
+        reason = f" ({running.shown(running.report)}: {getattr(error, 'strerror', None) or error})"
         folder = Path(tempfile.mkdtemp(prefix="trimray-failure-"))
-    for file, data in files.items():
-        write_file(str(folder / file), data)
+        _write(folder, files)
     shown = running.shown(folder)
     running.notes.append((FAILURE, shown))
     return f"\n  saved in {shown}{reason}: {', '.join(files)}"
+
+
+def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+    for file, data in files.items():
+        write_file(str(folder / file), data)
 
 
 def _fresh(running: Running, name: str) -> Path:

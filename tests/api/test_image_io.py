@@ -11,8 +11,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from trimray import Frame, OutputError, UsageError
-from trimray.image_io import encode, format_of, write_file
+from trimray import Frame, InputError, OutputError, UsageError
+from trimray.image_io import decode, encode, format_of, write_file
 
 W, H = 13, 7
 
@@ -188,3 +188,28 @@ def test_a_name_may_be_as_long_as_the_file_system_lets_it(tmp_path):
     name = "é" * 125 + ".png"  # 254 bytes
     write_file(str(tmp_path / name), b"1")
     assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_png_is_read_back_with_straight_alpha(tmp_path: Path, channels: int) -> None:
+    pixels = np.random.default_rng(channels).integers(0, 256, (7, 5, channels), np.uint8)
+    spec = oiio.ImageSpec(5, 7, channels, "uint8")
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    spec.attribute("Source", "a test")
+    output = oiio.ImageOutput.create("png")
+    assert output.open(str(tmp_path / "a.png"), spec) and output.write_image(pixels) and output.close()
+    read, texts = decode((tmp_path / "a.png").read_bytes())
+    alpha = pixels[..., -1] if channels in (2, 4) else np.full((7, 5), 255)
+    colors = pixels[..., :3] if channels > 2 else np.repeat(pixels[..., :1], 3, axis=-1)
+    assert read.dtype == np.uint8 and read.shape == (7, 5, 4)
+    assert np.array_equal(read[..., :3], colors) and np.array_equal(read[..., 3], alpha)
+    assert texts["Source"] == "a test"
+
+
+def test_what_is_no_png_is_one_line() -> None:
+    sound = encode(Frame({"color": np.ones((4, 4, 4), np.float32)}, (4, 4)), "png")
+    huge = sound[:16] + (1 << 30).to_bytes(4, "big") * 2 + sound[24:]
+    for data in (b"", b"GIF89a", sound[:20], sound[:-20], huge):
+        with pytest.raises(InputError, match=r"^golden\.png: .*PNG") as caught:
+            decode(data, "golden.png")
+        assert "\n" not in str(caught.value)

@@ -193,6 +193,13 @@ def test_what_cannot_be_written_is_one_line(test_folder: Running) -> None:
     text = message_of(lambda: assert_matches_picture(part(), "b.png", size=SIZE))
     assert "(tests/file: File exists)" in text
     assert saved(test_folder) == {"b.now.png"}
+    # A folder of an earlier failure that cannot be written to any more.
+    test_folder.report = test_folder.root / "out"
+    (test_folder.report / test_folder.folder_name() / "b.now.png").mkdir(parents=True)
+    test_folder.failures = 0
+    text = message_of(lambda: assert_matches_picture(part(), "b.png", size=SIZE))
+    assert "there is no such golden picture" in text and "(out: Is a directory)" in text
+    assert saved(test_folder) == {"b.now.png"}
 
 
 def test_broken_golden_pictures_are_one_line(test_folder: Running) -> None:
