@@ -12,7 +12,18 @@ from pathlib import Path
 import trimray
 from tests.bench.hybrid_scenes import SCENES
 
-from . import batch, closed_forms, contact_sheet, fidelity, hybrid, mesh, opencascade, parity, reference
+from . import (
+    batch,
+    closed_forms,
+    contact_sheet,
+    defects,
+    fidelity,
+    hybrid,
+    mesh,
+    opencascade,
+    parity,
+    reference,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -163,6 +174,12 @@ def run_fidelity(args: argparse.Namespace) -> int:
     return wrong
 
 
+def run_defects(args: argparse.Namespace) -> int:
+    fidelity.preload()
+    every = sorted(_models(args), key=lambda f: f.stat().st_size)
+    return defects.run(every if args.only else defects.files(every), args.show)
+
+
 def run_batch(args: argparse.Namespace) -> int:
     return batch.check(args.rays, args.show, args.folder)
 
@@ -184,6 +201,7 @@ COMMANDS = {
     "mesh": (run_mesh, 20000, "closed, manifold and as near as proven, beside BRepMesh"),
     "hybrid": (run_hybrid, 128, "the hybrid tracer against the standard one, bit by bit; rays: picture side"),
     "fidelity": (run_fidelity, 6000, "round trips of the store lose nothing; rays: points on each model"),
+    "defects": (run_defects, 0, "defects planted into real models are found, and nothing else is"),
     "batch": (run_batch, 400, "hostile files: named, isolated, and the same after kill -9; rays: mutants"),
     "sheet": (run_sheet, 0, "a contact sheet of all models"),
 }
