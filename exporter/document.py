@@ -33,6 +33,7 @@ class Part:
     color: Color = kNoColor
     faces: list[tuple[TopoDS_Shape, Color, str]] = field(default_factory=list)
     layers: list[str] = field(default_factory=list)
+    face_layers: list[tuple[TopoDS_Shape, str]] = field(default_factory=list)
 
 
 @dataclass
@@ -104,9 +105,6 @@ class DocumentBuilder:
             self._part(node.part, node.name)
             return
         # A placed, coloured or repeated instance is a component: it needs an assembly to be one of.
-        self.issues.append(
-            f"{node.name}: a placed or coloured part at the root: now in an assembly of its own"
-        )
         holder = self._shapes.NewShape()
         set_name(holder, node.name)
         self._add_component(holder, index)
@@ -148,6 +146,10 @@ class DocumentBuilder:
             self._colors.SetColor(label, _rgba(part.color), _SURFACE)
         for layer in part.layers:
             self._layers.SetLayer(label, TCollection_ExtendedString(layer, True))
+        for face, layer in part.face_layers:
+            sub = self._shapes.AddSubShape(label, face)
+            if not sub.IsNull():
+                self._layers.SetLayer(sub, TCollection_ExtendedString(layer, True))
         for face, color, face_name in part.faces:
             sub = self._shapes.AddSubShape(label, face)
             if sub.IsNull():

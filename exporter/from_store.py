@@ -56,6 +56,10 @@ def rebuild(arrays: dict[str, Any], meta: str) -> Rebuilt:
     for layer, held in (about.get("layers") or {}).items():
         for number in held.get("prototypes", ()):
             parts[number].layers.append(layer)
+        shapes = set(held.get("shapes", ()))
+        for prototype, part in zip(built, parts, strict=True) if shapes else ():
+            on_it = [f for n, f in prototype.faces.items() if int(arrays["faces"][n]["shape"]) in shapes]
+            part.face_layers += [(face, layer) for face in on_it]
     instances = arrays["instances"]
     placements = np.ascontiguousarray(instances["placement"].transpose(0, 2, 1)).reshape(-1, 12)
     nodes = nodes_of(about, instances["prototype"].tolist(), placements, instances["color"])
