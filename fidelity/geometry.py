@@ -27,6 +27,8 @@ Bools = npt.NDArray[np.bool_]
 _LEAST, _MOST = 6, 4096
 # How far off its surface a ray for a normal starts, in tolerances of the distance.
 _LIFT = 10.0
+# Samples of a face that are compared with those of its partner.
+_COMPARED = 256
 
 
 @dataclass(frozen=True)
@@ -186,24 +188,32 @@ class _Nearness:
 
 def _excuse_contacts(angle: Float64s, samples: Samples, others: Samples, partner: dict[Place, Place]) -> None:
     """Where two parts touch, a ray meets their faces at once, and may tell of the wrong one. There the
-    normals of the partner's own samples say whether it is turned over."""
-    rows = np.flatnonzero(np.nan_to_num(angle) > 0.5 * np.pi)
-    if not len(rows):
+    normals of the partner's own samples say whether it is turned over, all of it as it must be."""
+    turned = np.nan_to_num(angle) > 0.5 * np.pi
+    if not turned.any():
         return
-    places = np.column_stack([samples.instance[rows], samples.face[rows]])
+    places = np.column_stack([samples.instance, samples.face])
     of_others = np.column_stack([others.instance, others.face])
-    for place in np.unique(places, axis=0):
+    for place in np.unique(places[turned], axis=0):
         found = partner.get((int(place[0]), int(place[1])))
         if found is None:
             continue
-        here = rows[(places == place).all(axis=1)]
+        here = np.flatnonzero((places == place).all(axis=1))
         there = np.flatnonzero((of_others == found).all(axis=1))
-        if not len(there):
-            continue
-        gaps = np.linalg.norm(samples.point[here][:, None] - others.point[there][None], axis=2)
-        nearest = there[gaps.argmin(axis=1)]
-        upright = np.einsum("ij,ij->i", samples.normal[here], others.normal[nearest]) > 0.0
-        angle[here[upright]] = np.nan
+        if len(there) and _upright(samples, _some(here), others, _some(there)):
+            angle[here[turned[here]]] = np.nan
+
+
+def _some(rows: Int64s) -> Int64s:
+    return rows[:: -(-len(rows) // _COMPARED)]
+
+
+def _upright(samples: Samples, here: Int64s, others: Samples, there: Int64s) -> bool:
+    """Whether the samples of two faces that are the same face the same way. Where they are few, the nearest
+    one may be across a cylinder, so that all together have to say."""
+    gaps = np.linalg.norm(samples.point[here][:, None] - others.point[there][None], axis=2)
+    nearest = there[gaps.argmin(axis=1)]
+    return float(np.einsum("ij,ij->", samples.normal[here], others.normal[nearest])) > 0.0
 
 
 def edge_deviation(a: Side, b: Side, points: int, seed: int, threads: int) -> Deviation:
