@@ -43,20 +43,21 @@ class Row:
     failures: tuple[str, ...] = ()
 
 
-def check(file: Path, via: str, *, points: int = 6000, time_limit: float = 300.0) -> Row:
-    """Raises trimray.Error where the model itself cannot be read."""
-    start = time.perf_counter()
-    a = read(file, start="fork", time_limit=time_limit)
+def check(file: Path, via: str, *, points: int = 6000, time_limit: float = 300.0, start: str = "fork") -> Row:
+    """start: as of ``trimray.load``; call preload before "fork". Raises trimray.Error where the model itself
+    cannot be read."""
+    begin = time.perf_counter()
+    a = read(file, start=start, time_limit=time_limit)
     if a.failure is not None:
         raise a.failure
     with tempfile.TemporaryDirectory(prefix="trimray-") as folder:
         target = Path(folder) / f"{file.stem}.{via}"
         store = a.sound._core
-        written = exporter.write(store, target, via=via, name=file.name, start="fork", time_limit=time_limit)  # type: ignore[arg-type]
-        b = read(target, start="fork", cache=False, time_limit=time_limit)
+        written = exporter.write(store, target, via=via, name=file.name, start=start, time_limit=time_limit)  # type: ignore[arg-type]
+        b = read(target, start=start, cache=False, time_limit=time_limit)
     found = compare(a, b, profile="strict", points=points, images=False)
     failures = [f"not written: {a.where(face) if face >= 0 else ''} {why}" for face, why in written.issues]
-    return row(file, via, len(a.sound.faces), a.diagonal, found, failures, time.perf_counter() - start)
+    return row(file, via, len(a.sound.faces), a.diagonal, found, failures, time.perf_counter() - begin)
 
 
 def row(

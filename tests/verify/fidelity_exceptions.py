@@ -30,7 +30,35 @@ class Known:
         return self.most is None or (finding.difference is not None and abs(finding.difference) <= self.most)
 
 
-KNOWN: tuple[Known, ...] = ()
+_CUT = "OpenCascade's STEP reader cuts edges where a hole touches the seam; the shape stays"
+_PCURVE = "OpenCascade's STEP reader makes a better p-curve for an edge within 2e-7 mm"
+_POLES = (
+    "OpenCascade's STEP reader closes loose edges of poles with degenerate ones, and p-curves of their own"
+)
+_ANEW = (
+    "OpenCascade writes the average of all tolerances; its reader then makes p-curves anew, beyond the edges"
+)
+_COLOR = "OpenCascade writes no styles for tessellated faces"
+
+KNOWN: tuple[Known, ...] = (
+    Known("hole_touches_seam.step", "topology", "edges|vertices", _CUT, 3, "step"),
+    Known("hole_touches_seam.step", "mass", "area", _CUT, 2e-5, "step"),
+    Known("hole_touches_seam.step", "mass", "centroid", _CUT, 2e-4, "step"),
+    Known("hole_touches_seam.step", "mass", "inertia", _CUT, 800.0, "step"),
+    Known("hole_touches_seam.step", "geometry", ".* p-curves .*|p-curve off .*", _CUT, 2e-7, "step"),
+    Known("SOT404.igs", "geometry", ".* p-curves .*|p-curve off .*", _PCURVE, 2e-7, "step"),
+    Known("vsp.stp", "topology", "degenerate edges", _POLES, 2, "step"),
+    Known("vsp.stp", "geometry", ".* p-curves .*|p-curve off .*", _POLES, 7.7, "step"),
+    Known("IEA_15MW_CFD.igs", "topology", "degenerate edges", _POLES, 2, "step"),
+    Known("IEA_15MW_CFD.igs", "geometry", ".* of edges|edge off", _POLES, 0.03, "step"),
+    Known("Fly_Gemini_V2.*", "topology", "degenerate edges|vertices", _POLES, 4, "step"),
+    Known("Fly_Gemini_V2.*", "geometry", ".* of edges|edge off", _POLES, 3.3e-4, "step"),
+    Known("printable_case_full.stp", "geometry", ".* p-curves .*|p-curve off .*", _MISS, 3.7e-4, "step"),
+    Known("4040_base_mount.step", "geometry", "largest distance of faces|face off", _ANEW, 2.1e-3, "file"),
+    Known("SOT404.igs", "geometry", ".* p-curves .*|p-curve off .*", _ANEW, 1.3e-4, "file"),
+    Known("nist_ftc_08.*-tg.stp", "structure", "colours?", _COLOR),
+    Known("nist_ftc_08.*-tg.stp", "pictures", ".*", _COLOR),
+)
 
 
 def known_for(model: str, via: str, finding: Finding) -> Known | None:

@@ -49,7 +49,9 @@ def plant(model: trimray.Model, defect: Defect, target: Path, diagonal: float) -
     """Writes the model with the defect; returns what was changed. Raises NotApplicable."""
     from trimray.exporter.files import write_file
     from trimray.exporter.from_store import rebuild
+    from trimray.importer.occt import initialize
 
+    initialize()
     arrays = {name: np.array(array) for name, array in model._core.arrays().items()}
     meta = copy.deepcopy(model._meta)
     what = defect.plant(arrays, meta, diagonal)
