@@ -38,6 +38,7 @@ _POLES = (
 _ANEW = (
     "OpenCascade writes the average of all tolerances; its reader then makes p-curves anew, beyond the edges"
 )
+_MISS = "OpenCascade's STEP reader makes p-curves anew for edges that miss theirs, and misses by more"
 _COLOR = "OpenCascade writes no styles for tessellated faces"
 
 KNOWN: tuple[Known, ...] = (
