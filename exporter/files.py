@@ -45,9 +45,19 @@ def _write_step(model: Rebuilt, path: str, schema: str, faithful: bool) -> bool:
     _set("write.surfacecurve.mode", 1)
     _set("write.precision.mode", 1 if faithful else 0)
     _set("write.stepcaf.subshapes.name", 1)
+    if _step_written(model, path, faithful, tolerances=True):
+        return True
+    if not _step_written(model, path, faithful, tolerances=False):
+        return False
+    model.issues.append((-1, "OpenCascade cannot write the dimensions and tolerances (PMI) of this file"))
+    return True
+
+
+def _step_written(model: Rebuilt, path: str, faithful: bool, *, tolerances: bool) -> bool:
     writer = STEPCAFControl_Writer()
-    for switch in ("Color", "Name", "Layer", "Props", "Material", "SHUO", "DimTol"):
+    for switch in ("Color", "Name", "Layer", "Props", "Material", "SHUO"):
         getattr(writer, f"Set{switch}Mode")(True)
+    writer.SetDimTolMode(tolerances)
     if not writer.Transfer(model.document):
         return False
     if faithful:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from trimray.exporter import write
 from trimray.exporter.files import write_file
 from trimray.exporter.from_store import build_parts, rebuild
 from trimray.importer import occt
@@ -44,3 +45,10 @@ def test_a_model_goes_through_the_store_to_step_and_back(read_here, models_dir, 
         assert deviation(arrays, part, source, points=10) <= 1e-11
         assert counts(part.shape) == counts(source)
         assert area(part.shape) == pytest.approx(area(first.shape), rel=1e-9)
+
+
+@pytest.mark.corpus
+def test_tolerances_that_opencascade_cannot_write_are_left_out_and_listed(models_dir):
+    written = write(models_dir / "yuechen-li-dev+Aetheris/nist_ctc_01_asme1_ap242-e1.stp")
+    assert written.data is not None and written.data.endswith(b"END-ISO-10303-21;\n")
+    assert ["PMI" in reason for _, reason in written.issues] == [True]
