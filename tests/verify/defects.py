@@ -85,8 +85,8 @@ def _planted(file: Path, a: Side, base: Side, defect: Defect, target: Path) -> R
     except NotApplicable:
         return Row(file.name, defect.name, None)
     found = compare(base, read(target, start="fork", cache=False), **SMALL)
-    told = {finding.section for finding in found.differences()}
-    return _row(file, defect.name, defect.sections <= told, found, where)
+    told: set[str] = {finding.section for finding in found.differences()}
+    return _row(file, defect.name, defect.found_in(told), found, where)
 
 
 def _row(file: Path, what: str, good: bool, found: Comparison, where: str) -> Row:

@@ -43,6 +43,10 @@ class Defect:
     sections: frozenset[str]
     via: str = "step"
     edit: Callable[[str], str] | None = None
+    any_of: bool = False  # one of the sections will do
+
+    def found_in(self, sections: set[str]) -> bool:
+        return bool(self.sections & sections) if self.any_of else self.sections <= sections
 
 
 def plant(model: trimray.Model, defect: Defect, target: Path, diagonal: float) -> str:
@@ -220,10 +224,10 @@ def changed_knot(arrays: Arrays, meta: Meta, diagonal: float) -> str:
         for key in ("knots_u", "knots_v"):
             begin, end = record[key].tolist()
             knots = arrays["knots"][begin:end]
-            single = [k for k in range(1, len(knots) - 1) if knots[k - 1] < knots[k] < knots[k + 1]]
-            if single:
-                middle = single[len(single) // 2]
-                knots[middle] += 1e-2 * (knots[middle + 1] - knots[middle])
+            values = np.unique(knots)
+            if len(values) > 2:
+                middle = len(values) // 2
+                knots[knots == values[middle]] += 1e-2 * (values[middle + 1] - values[middle])
                 return f"face {face}"
     raise NotApplicable
 
@@ -282,7 +286,7 @@ DEFECTS = (
     Defect("dropped instance", dropped_instance, _of("structure", "topology")),
     Defect("inch for millimetre", in_millimetres, _of("mass", "geometry"), edit=as_inches),
     Defect("swapped transform", swapped_transform, _of("structure", "geometry")),
-    Defect("changed knot", changed_knot, _of("geometry")),
+    Defect("changed knot", changed_knot, _of("geometry", "pictures"), any_of=True),
     Defect("degraded p-curve", degraded_pcurve, _of("geometry"), via="brep"),
     Defect("missing face", missing_face, _of("topology", "geometry")),
 )
