@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from trimray import OutputError
+from trimray.batch.draw import hash_file
 from trimray.batch.gallery import write_gallery_of_state
 from trimray.batch.record import Item, Outcome, Settings
 from trimray.batch.run import run
@@ -81,7 +82,7 @@ def test_the_command_writes_it_also_when_it_goes_on(tmp_path: Path, samples_dir:
 def test_what_was_interrupted_has_it_in_the_end(tmp_path: Path, samples_dir: Path) -> None:
     def interrupted(items: Iterable[Item], settings: Settings) -> Iterator[Outcome]:
         item = next(iter(items))
-        yield Outcome(item.path, item.target, "failed", 3, "a reason")
+        yield Outcome(item.path, item.target, "failed", 3, "a reason", sha256=hash_file(item.path))
         raise KeyboardInterrupt
 
     inputs = [str(samples_dir / name) for name in ("patch.step", "stand.stl")]
