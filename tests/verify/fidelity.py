@@ -50,6 +50,8 @@ def check(file: Path, via: str, *, points: int = 6000, time_limit: float = 300.0
     a = read(file, start=start, time_limit=time_limit)
     if a.failure is not None:
         raise a.failure
+    if a.diagonal == 0.0:
+        raise trimray.EmptyError(f"{file}: no face that can be drawn")
     with tempfile.TemporaryDirectory(prefix="trimray-") as folder:
         target = Path(folder) / f"{file.stem}.{via}"
         store = a.sound._core

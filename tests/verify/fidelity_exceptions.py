@@ -31,7 +31,6 @@ class Known:
 
 
 _CUT = "OpenCascade's STEP reader cuts edges where a hole touches the seam; the shape stays"
-_PCURVE = "OpenCascade's STEP reader makes a better p-curve for an edge within 2e-7 mm"
 _POLES = (
     "OpenCascade's STEP reader closes loose edges of poles with degenerate ones, and p-curves of their own"
 )
@@ -47,7 +46,6 @@ KNOWN: tuple[Known, ...] = (
     Known("hole_touches_seam.step", "mass", "centroid", _CUT, 2e-4, "step"),
     Known("hole_touches_seam.step", "mass", "inertia", _CUT, 800.0, "step"),
     Known("hole_touches_seam.step", "geometry", ".* p-curves .*|p-curve off .*", _CUT, 2e-7, "step"),
-    Known("SOT404.igs", "geometry", ".* p-curves .*|p-curve off .*", _PCURVE, 2e-7, "step"),
     Known("vsp.stp", "topology", "degenerate edges", _POLES, 2, "step"),
     Known("vsp.stp", "geometry", ".* p-curves .*|p-curve off .*", _POLES, 7.7, "step"),
     Known("IEA_15MW_CFD.igs", "topology", "degenerate edges", _POLES, 2, "step"),
@@ -57,6 +55,10 @@ KNOWN: tuple[Known, ...] = (
     Known("printable_case_full.stp", "geometry", ".* p-curves .*|p-curve off .*", _MISS, 3.7e-4, "step"),
     Known("4040_base_mount.step", "geometry", "largest distance of faces|face off", _ANEW, 2.1e-3, "file"),
     Known("SOT404.igs", "geometry", ".* p-curves .*|p-curve off .*", _ANEW, 1.3e-4, "file"),
+    Known("impeller.igs", "topology", "degenerate edges", _POLES, 106, "step"),
+    Known("impeller.igs", "geometry", ".* of faces|face off", _POLES, 0.05, "step"),
+    Known("impeller.igs", "geometry", ".* p-curves .*|p-curve off .*", _POLES, 5e-3, "step"),
+    Known("impeller.igs", "pictures", ".*", _POLES, 1, "step"),
     Known("nist_ftc_08.*-tg.stp", "structure", "colours?", _COLOR),
     Known("nist_ftc_08.*-tg.stp", "pictures", ".*", _COLOR),
 )
