@@ -104,7 +104,11 @@ class Document:
 
     def write(self, path: Path, *, unit: str = "MM") -> Path:
         self.shapes.UpdateAssemblies()
+        occt.initialize()
         Interface_Static.SetCVal_s("write.step.unit", unit)
+        Interface_Static.SetCVal_s(
+            "write.step.schema", "AP214IS"
+        )  # whatever was written before, in this process
         writer = STEPCAFControl_Writer()
         writer.SetColorMode(True)
         writer.SetNameMode(True)
