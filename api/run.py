@@ -41,12 +41,13 @@ def run_watched(
     deadline = None if time_limit is None else time.monotonic() + time_limit
     thread.start()
     try:
-        while not finished.is_set():
-            finished.wait(_LOOK_SECONDS)
-            if progress is not None:
+        ended = False
+        while not ended:
+            ended = finished.wait(_LOOK_SECONDS)
+            if progress is not None:  # at least once, however quick the work
                 total = tiles.total
                 progress("trace" if total else "hierarchy", tiles.done / total if total else None)
-            if deadline is not None and time.monotonic() > deadline and not finished.is_set():
+            if deadline is not None and time.monotonic() > deadline and not ended:
                 raise TimeLimitError(f"rendering took longer than {time_limit:g} s")
     except BaseException:
         tiles.cancel()

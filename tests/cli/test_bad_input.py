@@ -139,7 +139,8 @@ def as_nobody(warm: Path, *arguments: object) -> Result:
     """The command as user 65534, in a process that drew warm first: Python itself may be root's alone."""
     code = (
         "import os, sys; from trimray.cli.__main__ import main;"
-        "assert main(['render', sys.argv[1], '-o', '/dev/null', '--format', 'png', '--size', '8']) == 0;"
+        "warm = ['render', sys.argv[1], '-o', '/dev/null', '--format', 'png', '--size', '8', '--no-cache'];"
+        "assert main(warm) == 0;"
         "os.setgroups([]); os.setgid(65534); os.setuid(65534); sys.exit(main(sys.argv[2:]))"
     )
     command = [sys.executable, "-c", code, str(warm), *(str(a) for a in arguments)]
