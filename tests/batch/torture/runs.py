@@ -11,7 +11,7 @@ from pathlib import Path
 
 from .command import Command, Done, pictures, wait_for_pictures
 from .entry import Entry
-from .judge import Row, differences, judge_end, out_of_time, rows_of, unnamed
+from .judge import Row, differences, judge_end, rows_of, unnamed, unsettled
 from .single import render, status_of
 
 SIZE = (96, 96)
@@ -96,7 +96,7 @@ def unlike(setup: Setup, first: str, second: str) -> list[str]:
     found = differences(unplaced(rows[0]), unplaced(rows[1]))
     skip: set[bytes] = set()
     for name, some in zip((first, second), rows, strict=True):
-        for path in out_of_time(rows[0]) | out_of_time(rows[1]):
+        for path in unsettled(*rows):
             if some[path]["output"]:
                 skip.add(os.path.relpath(os.fsencode(some[path]["output"]), os.fsencode(setup.output(name))))
     return found + different_pictures(setup.output(first), setup.output(second), skip)
