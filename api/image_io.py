@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import re
 import stat
 import threading
 from collections.abc import Iterable, Iterator, Mapping
@@ -238,18 +237,6 @@ def write_file(path: str, data: bytes | Iterable[bytes], *, mode: int = 0o666) -
         _replace(target, data, mode)
     except (OSError, ValueError) as error:
         raise OutputError(f"{path}: not written: {getattr(error, 'strerror', None) or error}") from None
-
-
-def remove_leftovers(path: str) -> None:
-    """Removes what a process left beside path that was killed while it wrote there. No other may be at it."""
-    folder, name = os.path.split(os.path.realpath(path))
-    if temporary_stem(name) != name:  # shared with other names
-        return
-    ours = re.compile(rf"\.{re.escape(name)}\.[0-9a-f]{{12}}\.part")
-    with contextlib.suppress(OSError, ValueError):
-        for entry in os.listdir(folder):
-            if ours.fullmatch(entry):
-                os.unlink(os.path.join(folder, entry))
 
 
 def temporary_stem(name: str) -> str:

@@ -10,6 +10,16 @@ from collections.abc import Iterable
 _NAME = re.compile(r"\.(.*)\.[0-9a-f]{12}\.part", re.DOTALL)
 
 
+def remove_leftover_of(target: str) -> None:
+    """What a process left of one picture, while others are written. Keeps what may be of another one, whose
+    long name begins alike."""
+    from trimray.image_io import temporary_stem
+
+    folder, name = os.path.split(os.path.realpath(target))
+    if temporary_stem(name) == name:
+        remove_leftovers(folder, [name])
+
+
 def remove_leftovers(folder: str, targets: Iterable[str]) -> list[str]:
     """targets: relative to the folder; nobody may be about to write them. Returns the paths removed."""
     from trimray.image_io import temporary_stem

@@ -18,10 +18,10 @@ from multiprocessing.connection import wait
 from typing import Any
 
 from trimray import Error
-from trimray.image_io import remove_leftovers
 
 from . import fork_server
 from .draw import draw_file, hash_file
+from .leftovers import remove_leftover_of
 from .record import STATUSES, Item, Outcome, Settings
 from .worker import BROKEN, READY, Draw, Job
 
@@ -223,7 +223,7 @@ class _Pool:
         item = worker.item
         if item is None:
             return
-        remove_leftovers(item.target)
+        remove_leftover_of(item.target)
         if worker.verdict is not None:
             self._fail(worker, *worker.verdict)
         elif not worker.ready and code == BROKEN:
@@ -264,7 +264,7 @@ class _Pool:
             self._hear(worker)
             worker.connection.close()
             if worker.item is not None:
-                remove_leftovers(worker.item.target)
+                remove_leftover_of(worker.item.target)
                 if worker.tries < _MAX_TRIES:
                     self.again.append((worker.item, worker.tries))
                 else:

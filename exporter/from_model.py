@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from OCP.BinTools import BinTools_ShapeSet
 
+from trimray.importer.shapes import compound_of
+
 from ..importer import wire
 from ..importer.model import BrepModel
 from ..importer.occt import faces_of, new_document
 from .document import Color, DocumentBuilder, Part, kNoColor, location_of, nodes_of
 from .from_store import Rebuilt
-from .shapes import compound_of
 
 
 def document_of(model: BrepModel) -> Rebuilt:

@@ -12,9 +12,10 @@ import numpy as np
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopoDS import TopoDS_Shape
 
+from trimray.importer.shapes import compound_of
+
 from ..importer.occt import new_document
 from .document import DocumentBuilder, Part, location_of, nodes_of
-from .shapes import compound_of
 from .topology import PrototypeBuilder
 
 Issue = tuple[int, str]  # (face number, or -1, reason)

@@ -10,13 +10,14 @@ from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TDF import TDF_LabelSequence
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
+from trimray.importer.shapes import compound_of
+
 from ..importer import occt
 from ..importer.errors import EmptyError, InputError
 from ..importer.read_step import PATIENCE_WITH_NAN, file_unit
 from ..importer.report import Report
 from ..importer.step_text import StepText
 from .from_store import Rebuilt
-from .shapes import compound_of
 
 
 def read_document(path: str, *, name: str, heal: str, precision: float | None, report: Report) -> Rebuilt:

@@ -51,7 +51,7 @@ def scene_of(source: Any, name: str | None, report: Report) -> "tuple[Scene, str
             scene = _AssemblyWalk().walk(source)
         elif _is_workplane(source):
             scene = scene_of_shape(
-                _compound([v.wrapped for v in source.vals() if _wrapped(v) is not None]), shown
+                compound_of([v.wrapped for v in source.vals() if _wrapped(v) is not None]), shown
             )
         elif _children(source):
             scene = Scene()
@@ -116,7 +116,7 @@ class _AssemblyWalk:
         shapes = [s.wrapped for s in assembly.shapes if _wrapped(s) is not None]
         leaf_here = not assembly.children
         if shapes:
-            shape = shapes[0] if len(shapes) == 1 else _compound(shapes)
+            shape = compound_of(shapes)
             index = _part(self.scene, self._known, shape, str(assembly.name))
             if index >= 0:
                 own = shape.Location()
@@ -170,7 +170,8 @@ def _visit_build123d(
             scene.place(node, index, placement, color)
 
 
-def _compound(shapes: "list[TopoDS_Shape]") -> "TopoDS_Shape":
+def compound_of(shapes: "list[TopoDS_Shape]") -> "TopoDS_Shape":
+    """One shape that holds all; the only one itself."""
     from OCP.BRep import BRep_Builder
     from OCP.TopoDS import TopoDS_Compound
 
