@@ -12,111 +12,12 @@ from pathlib import Path
 import pytest
 
 from trimray import OutputError, UsageError
-from trimray.batch import Item, Listener, Outcome, Settings, Summary, run
-from trimray.batch.merge import merge
+from trimray.batch import Item, Outcome, Settings, Summary, run
 from trimray.batch.report import lines
 from trimray.batch.run import NOTHING_FOUND
-from trimray.batch.shard import Shard
-from trimray.batch.state import Row, State
+from trimray.batch.state import State
 
-
-class Drawer:
-    """Writes the bytes of the input as its picture. A file's first word says what becomes of it."""
-
-    def __init__(self) -> None:
-        self.paths: list[str] = []
-        self.stop_after: int | None = None
-        self.closed = False
-
-    def __call__(self, items: Iterable[Item], settings: Settings) -> Iterator[Outcome]:
-        try:
-            for item in items:
-                if self.stop_after == 0:
-                    raise KeyboardInterrupt
-                if self.stop_after is not None:
-                    self.stop_after -= 1
-                self.paths.append(item.path)
-                yield self.outcome(item)
-        finally:
-            self.closed = True
-
-    @property
-    def names(self) -> list[str]:
-        """Of what was drawn since the last time."""
-        names, self.paths = [os.path.basename(path) for path in self.paths], []
-        return sorted(names)
-
-    def outcome(self, item: Item) -> Outcome:
-        try:
-            data = Path(item.path).read_bytes()
-        except OSError as error:
-            return Outcome(item.path, item.target, "failed", 3, f"{item.path}: {error.strerror}")
-        sha256 = hashlib.sha256(data).hexdigest()
-        word = data.split()[0]
-        if word == b"crash":
-            return Outcome(item.path, item.target, "failed", 70, "crashed")
-        if word == b"bad":
-            return Outcome(item.path, item.target, "failed", 3, "no model", sha256)
-        if word == b"full":
-            return Outcome(item.path, item.target, "failed", 4, "not written", sha256)
-        Path(item.target).parent.mkdir(parents=True, exist_ok=True)
-        Path(item.target).write_bytes(data)
-        if word == b"degraded":
-            return Outcome(item.path, item.target, "degraded", 1, "coarse", sha256)
-        return Outcome(item.path, item.target, "complete", 0, "", sha256, 0.1, 1000, 6, 0, 0.5)
-
-
-class Told(Listener):
-    def __init__(self) -> None:
-        self.total = 0
-        self.was_drawn: list[Outcome] = []
-        self.was_skipped: list[Outcome] = []
-        self.notes: list[str] = []
-
-    def begin(self, total: int) -> None:
-        self.total = total
-
-    def drawn(self, outcome: Outcome) -> None:
-        self.was_drawn.append(outcome)
-
-    def skipped(self, outcome: Outcome) -> None:
-        self.was_skipped.append(outcome)
-
-    def note(self, text: str) -> None:
-        self.notes.append(text)
-
-
-@pytest.fixture
-def draw() -> Drawer:
-    return Drawer()
-
-
-@pytest.fixture
-def library(tmp_path: Path) -> Path:
-    folder = tmp_path / "lib"
-    for name, text in (
-        ("a.step", "good a"),
-        ("sub/b.step", "good b"),
-        ("c.stl", "bad c"),
-        ("d.step", "good d"),
-    ):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    return folder
-
-
-@pytest.fixture
-def go(library: Path, tmp_path: Path, draw: Drawer) -> Callable[..., Summary]:
-    def call(paths: list[str] | None = None, **words: object) -> Summary:
-        chosen = [str(library)] if paths is None else paths
-        return run(chosen, str(tmp_path / "out"), draw=draw, **words)  # type: ignore[arg-type]
-
-    return call
-
-
-def rows(summary: Summary) -> dict[str, Row]:
-    with State(summary.state) as state:
-        return {os.path.basename(row.path): row for row in state.rows(summary.run)}
+from .run_stand_in import Drawer, Told, rows
 
 
 def test_a_run_draws_all_and_remembers_each(go: Callable[..., Summary], draw: Drawer, tmp_path: Path) -> None:
@@ -389,72 +290,6 @@ def test_pictures_may_stand_beside_their_files(library: Path, draw: Drawer) -> N
     for _ in range(2):
         assert run([str(library)], str(library), draw=draw).total == 4
     assert (library / "sub/b.png").exists() and len(draw.names) == 4
-
-
-def test_shards_make_the_whole(
-    go: Callable[..., Summary], draw: Drawer, library: Path, tmp_path: Path
-) -> None:
-    for k in range(40):
-        (library / f"n{k}.step").write_text(f"good {k}")
-    for k in (1, 3):
-        go(shard=Shard(k, 3))
-    merged = merge(str(tmp_path / "out"))
-    assert merged.missing == [Shard(2, 3)] and merged.summary.exit_code == 1
-    draw.stop_after = 1
-    with pytest.raises(KeyboardInterrupt):
-        go(shard=Shard(2, 3))
-    draw.stop_after = None
-    merged = merge(str(tmp_path / "out"))
-    assert merged.unfinished == [Shard(2, 3)] and merged.missing == []
-    assert merged.summary.statuses["pending"] > 0
-    go(shard=Shard(2, 3), resume=True)
-    assert len(draw.names) == 44
-    merged = merge(str(tmp_path / "out"))
-    assert merged.missing == merged.unfinished == []
-    assert merged.summary.total == 44 and merged.summary.statuses == {"complete": 43, "failed": 1}
-    assert merged.summary.exit_code == 1
-    # A run without shards knows what the shards knew.
-    assert go().skipped == 44 and draw.names == []
-
-
-def test_what_was_drawn_after_the_shards_is_not_forgotten(
-    go: Callable[..., Summary], library: Path, tmp_path: Path
-) -> None:
-    for k in (1, 2):
-        go(shard=Shard(k, 2))
-    merge(str(tmp_path / "out"))
-    (library / "a.step").write_text("bad now")
-    go()
-    merged = merge(str(tmp_path / "out"))
-    assert merged.summary.statuses == {"complete": 2, "failed": 2}
-    assert rows(merged.summary)["a.step"].reason == "no model"
-
-
-def test_shards_agree_on_pictures_that_would_clash(
-    go: Callable[..., Summary], library: Path, tmp_path: Path
-) -> None:
-    (library / "a.iges").write_text("good iges")
-    for k in range(1, 9):
-        go(shard=Shard(k, 8))
-    assert (tmp_path / "out/a.step.png").read_text() == "good a"
-    assert (tmp_path / "out/a.iges.png").read_text() == "good iges"
-
-
-def test_an_empty_share_is_no_failure(go: Callable[..., Summary], library: Path) -> None:
-    summaries = [go([str(library / "a.step")], shard=Shard(k, 3)) for k in (1, 2, 3)]
-    assert [s.exit_code for s in summaries] == [0, 0, 0] and sum(s.total for s in summaries) == 1
-
-
-def test_what_cannot_be_merged_is_refused(go: Callable[..., Summary], tmp_path: Path) -> None:
-    go()
-    with pytest.raises(UsageError, match="no state of a shard"):
-        merge(str(tmp_path / "out"))
-    go(shard=Shard(1, 2))
-    go(shard=Shard(1, 3))
-    with pytest.raises(UsageError, match="states of 2 and 3 shards"):
-        merge(str(tmp_path / "out"))
-    with pytest.raises(OutputError, match="No such file"):
-        merge(str(tmp_path / "nowhere"))
 
 
 def test_the_report_has_a_line_a_file_in_order(go: Callable[..., Summary], library: Path) -> None:
