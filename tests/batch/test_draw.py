@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -96,7 +97,9 @@ def test_a_target_that_cannot_be_written_is_code_4(bracket: Path, tmp_path: Path
 
 def test_memory_of_reading_and_of_drawing_is_limited(bracket: Path, tmp_path: Path) -> None:
     reading = draw(bracket, tmp_path / "out.png", replace(SMALL, memory_limit=1 << 20))
-    assert (reading.exit_code, reading.reason) == (5, "cannot be read within 1 MiB (stage 'start')")
+    assert reading.exit_code == 5
+    # Memory is looked at from time to time: how far reading came until then is chance.
+    assert re.fullmatch(r"cannot be read within 1 MiB \(stage '\w+'\)", reading.reason), reading.reason
     large = replace(SMALL, size=(16384, 16384), memory_limit=800 << 20)
     drawing = draw(bracket, tmp_path / "out.png", large)
     assert (drawing.exit_code, drawing.reason) == (5, "cannot be drawn within 800 MiB")
