@@ -10,7 +10,7 @@ from trimray.importer.errors import UsageError
 from trimray.views import choose
 
 from .colors import compare_colors
-from .findings import found
+from .findings import found, not_comparable
 from .geometry import compare_geometry
 from .mass import compare_mass
 from .match import match
@@ -47,8 +47,8 @@ def compare(
     a, b: paths, Models, shapes (cadquery, build123d, OCP), or what ``read`` made of them.
     profile: of ``tolerances.PROFILES``. pictures: draw both, in these views, each of size (width, height) px;
         images: as PNG, too, with an overlay of what differs.
-    inspect: ask OpenCascade for mass properties and layers; else volumes are those of a mesh, and less
-        precise, as they are of Models, which bring nothing else.
+    inspect: ask OpenCascade for mass properties; else volumes are those of a mesh, and less precise, as they
+        are of Models, which bring nothing else. Where it cannot say, the comparison is not complete.
     points: at least so many on each model are held against the other, by seed.
     names: what messages call the two. progress: called with a section. options: of ``trimray.load``.
 
@@ -80,7 +80,7 @@ def compare(
         lambda *_: [*compare_structure(matching, tolerances), *compare_colors(matching, tolerances)],
     )
     findings += work.run("topology", lambda x, y, _: compare_topology(x, y))
-    findings += work.run("mass", compare_mass)
+    findings += work.run("mass", lambda x, y, t: [*_uninspected(x, y), *compare_mass(x, y, t)])
     findings += work.run(
         "geometry",
         lambda x, y, t: [
@@ -138,3 +138,12 @@ def _file(a: Side, b: Side, _: Tolerances) -> list[Finding]:
             missing=not same,
         ),
     ]  # fmt: skip
+
+
+def _uninspected(a: Side, b: Side) -> list[Finding]:
+    """What OpenCascade should have told of both, and could not."""
+    reasons = [side.uninspected for side in (a, b)]
+    if not any(reasons):
+        return []
+    why = "; ".join(dict.fromkeys(reason for reason in reasons if reason))
+    return [not_comparable("mass", "masses by OpenCascade", [not reason for reason in reasons], why)]

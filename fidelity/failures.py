@@ -14,7 +14,7 @@ from trimray.image_io import write_file
 
 from .record import SECTIONS, Comparison, Finding, verdict_of
 from .report_html import to_html
-from .report_text import line_of
+from .report_text import line_of, summary
 from .result import Command, Result
 from .running import FAILURE, Running
 from .tolerances import PROFILES
@@ -91,8 +91,7 @@ def _lines(comparison: Comparison) -> list[str]:
     head = f"B ({comparison.b}) against A ({comparison.a}): {comparison.verdict}"
     if comparison.error:
         return [f"{head}: {comparison.error}"]
-    count = len(comparison.findings)
-    lines = [f"{head}: {len(different)} of {count} values differ (profile {comparison.profile})"]
+    lines = [f"{head}: {summary(comparison)} (profile {comparison.profile})"]
     some = _varied(different)
     lines += [f"  {finding.section}: {line_of(finding)}" for finding in some]
     if len(different) > len(some):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from .record import Finding, Section
+from .record import NOT_COMPARED, Finding, Section
 
 # Findings of one name that are listed singly.
 kMany = 20
@@ -36,7 +36,13 @@ def count(section: Section, name: str, values: Sequence[Any], where: str = "") -
 
 
 def not_compared(section: Section, name: str, reason: str) -> Finding:
-    return Finding(section, name, None, None, True, reason=f"not compared: {reason}")
+    """What one of the two cannot have: no difference."""
+    return Finding(section, name, None, None, True, reason=f"{NOT_COMPARED}: {reason}")
+
+
+def not_comparable(section: Section, name: str, values: Sequence[Any], reason: str) -> Finding:
+    """What should have been compared and could not be. values: of A and B, whether it was there."""
+    return found(section, name, values, False, missing=True, reason=f"{NOT_COMPARED}: {reason}")
 
 
 def limited(findings: Iterable[Finding]) -> list[Finding]:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from trimray.distances import Samples
 
-from .findings import found, kMany
+from .findings import found, kMany, not_comparable
 from .match import Matching
 from .record import Finding
 from .side import Float64s, Int64s, Side
@@ -64,8 +64,9 @@ def compare_geometry(
 ) -> list[Finding]:
     """points: on the faces of each, and half as many on the edges, or more, if there are many."""
     a, b = matching.a, matching.b
-    if a.diagonal == 0.0 or b.diagonal == 0.0:
-        return []
+    drawable = [side.diagonal > 0.0 for side in (a, b)]
+    if not all(drawable):
+        return [not_comparable("geometry", "distances", drawable, "no face can be drawn")]
     scale = max(a.diagonal, b.diagonal)
     tolerance = tolerances.distance * scale
     both = (a, b), (b, a)

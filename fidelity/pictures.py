@@ -19,7 +19,7 @@ from trimray.camera import Camera
 from trimray.frame import Frame
 
 from .colors import colors_of
-from .findings import found
+from .findings import found, not_comparable
 from .overlay import overlay
 from .record import Finding, Picture
 from .side import Float64s, Side
@@ -66,8 +66,9 @@ def compare_pictures(
     threads: int = 0,
 ) -> tuple[list[Finding], list[Picture]]:
     """images: make the PNG of the pictures, too."""
-    if a.diagonal == 0.0 or b.diagonal == 0.0:
-        return [], []
+    drawable = [side.diagonal > 0.0 for side in (a, b)]
+    if not all(drawable):
+        return [not_comparable("pictures", "pictures", drawable, "no face can be drawn")], []
     limits = Limits(
         tolerances.depth * max(a.diagonal, b.diagonal),
         float(np.cos(tolerances.normal)),

@@ -9,8 +9,12 @@ Section = Literal["file", "structure", "topology", "mass", "geometry", "pictures
 SECTIONS: tuple[Section, ...] = ("file", "structure", "topology", "mass", "geometry", "pictures")
 
 # complete: nothing differs. changed: both are there, and something differs. partial: B lacks something of A,
-# or A of B. empty: B holds no geometry at all. failed: B could not be written or read.
+# or A of B, or something could not be compared. empty: B holds no geometry at all. failed: B could not be
+# written or read.
 Verdict = Literal["complete", "changed", "partial", "empty", "failed"]
+
+# How the reason begins of what was not compared.
+NOT_COMPARED = "not compared"
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,11 @@ class Finding:
     missing: bool = False
     where: str = ""
     reason: str = ""
+
+    @property
+    def uncompared(self) -> bool:
+        """It should have been compared, and could not be."""
+        return not self.same and self.reason.startswith(NOT_COMPARED)
 
 
 @dataclass(frozen=True)

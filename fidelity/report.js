@@ -59,9 +59,11 @@ function makeIndex() {
 function verdict(comparison) {
   const element = make("p", `verdict ${comparison.verdict}`);
   const count = plural(comparison.values, "value");
-  const said = comparison.error || (comparison.differences
-    ? `${comparison.differences.toLocaleString("en")} of ${count} differ`
-    : `${count}, none differs`);
+  const lacking = comparison.findings.filter(uncompared).length;
+  const differ = comparison.differences - lacking;
+  const parts = [differ ? `${differ.toLocaleString("en")} of ${count} differ` : `${count}, none differs`];
+  if (lacking) parts.push(`${lacking.toLocaleString("en")} not compared`);
+  const said = comparison.error || parts.join(", ");
   element.append(make("span", "badge", comparison.verdict), ` ${said}`, make("span", "dim", ` · ${comparison.profile} tolerances`));
   return element;
 }

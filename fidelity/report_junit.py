@@ -55,7 +55,7 @@ def _fill(suite: xml.Element, result: Result, comparison: Comparison) -> None:
         case = _case(suite, comparison.b, finding.section, _name(finding))
         if finding.same:
             continue
-        kind = "missing" if finding.missing else "different"
+        kind = "not compared" if finding.uncompared else "missing" if finding.missing else "different"
         failure = xml.SubElement(case, "failure", type=kind, message=_text(line_of(finding)))
         failure.text = _text(f"A: {finding.a}") + "\n" + _text(f"B: {finding.b}")
 

@@ -26,6 +26,16 @@ def to_text(results: Sequence[Result], *, everything: bool = False) -> str:
     return "\n".join(_result(result, everything) for result in results)
 
 
+def summary(comparison: Comparison) -> str:
+    """ "3 of 60 values differ, 1 not compared"."""
+    different, count = comparison.differences(), len(comparison.findings)
+    lacking = sum(finding.uncompared for finding in different)
+    parts = [f"{len(different) - lacking} of {count} values differ"] if lacking < len(different) else []
+    if lacking:
+        parts.append(f"{lacking} not compared" if parts else f"{lacking} of {count} values not compared")
+    return ", ".join(parts) or f"{count} values agree"
+
+
 def line_of(finding: Finding) -> str:
     """One finding in a line."""
     where = f" of {finding.where}" if finding.where else ""
@@ -67,11 +77,7 @@ def _comparison(name: str, comparison: Comparison, everything: bool) -> str:
     head = f"{name}: {comparison.verdict}{about}: "
     if comparison.error:
         return f"{head}{shown(comparison.error)}\n"
-    count = len(comparison.findings)
-    if different:
-        head += f"{len(different)} of {count} values differ ({comparison.profile} tolerances)\n"
-    else:
-        head += f"{count} values agree ({comparison.profile} tolerances)\n"
+    head += f"{summary(comparison)} ({comparison.profile} tolerances)\n"
     rows = comparison.findings if everything else different
     # What differs comes first, also among everything.
     return head + _table(sorted(rows, key=lambda finding: (finding.same, SECTIONS.index(finding.section))))

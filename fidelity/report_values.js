@@ -27,6 +27,15 @@ function quantity(value, unit) {
   return `${typeof value === "number" ? short(value) : value} ${unit}`.trim();
 }
 
+// What should have been compared and could not be.
+const uncompared = (finding) => !finding.same && finding.reason.startsWith("not compared");
+
+function outcome(finding) {
+  if (uncompared(finding)) return "not compared";
+  if (!finding.same) return finding.missing ? "missing" : "differs";
+  return finding.reason.startsWith("not ") ? "not judged" : "agrees";
+}
+
 function row(finding) {
   const kind = finding.same ? "" : finding.missing ? "missing" : "differs";
   const element = make("tr", kind);
@@ -42,7 +51,7 @@ function row(finding) {
     make("td", "value", text(finding.b)),
     make("td", "number", quantity(finding.difference, finding.unit)),
     make("td", "number", tolerance),
-    make("td", "", !finding.same ? (finding.missing ? "missing" : "differs") : judged ? "agrees" : "not judged"),
+    make("td", "", outcome(finding)),
   );
   return element;
 }

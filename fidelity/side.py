@@ -35,12 +35,14 @@ HOLDS: dict[str, frozenset[str]] = {
 class Side:
     """name: what messages call it. model: None where it could not be read; error then says why.
 
-    inspection: what ``trimray.inspect`` says of it, None where it was not asked.
+    inspection: what ``trimray.inspect`` says of it, None where it was not asked or could not say;
+        uninspected then tells why it could not.
     """
 
     name: str
     model: Model | None
     inspection: Inspection | None = None
+    uninspected: str = ""
     error: str = ""
     empty: bool = False  # it was read, and holds no face
     failure: trimray.Error | None = None  # what reading it raised
@@ -105,7 +107,7 @@ class Side:
 def read(source: Any, *, name: str | None = None, inspect: bool = True, **options: Any) -> Side:
     """A side from a path, bytes, a Model, a shape given in Python, or a Side, which it stays.
 
-    inspect: ask OpenCascade for mass properties and layers, too; of a Model there is nothing to ask.
+    inspect: ask OpenCascade for mass properties, too; of a Model there is nothing to ask.
     options: of ``trimray.load``. What cannot be read is no exception: see Side.error. UsageError passes.
     """
     if isinstance(source, Side):
@@ -130,19 +132,23 @@ def read(source: Any, *, name: str | None = None, inspect: bool = True, **option
             return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
         side = _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
         if inspecting is not None:
-            side.inspection = inspecting.result()
+            side.inspection, side.uninspected = inspecting.result()
         elif inspect:
-            side.inspection = _inspect(source, name, options)
+            side.inspection, side.uninspected = _inspect(source, name, options)
     return side
 
 
-def _inspect(source: Any, name: str | None, options: dict[str, Any]) -> Inspection | None:
-    """None of triangles, or beyond a limit: a mesh has to do."""
+def _inspect(source: Any, name: str | None, options: dict[str, Any]) -> tuple[Inspection | None, str]:
+    """None and the reason where it fails, as by a crash or beyond a limit. Of triangles there is nothing to
+    inspect, which is no failure."""
     words = ("heal", "precision", "time_limit", "memory_limit", "start")
+    given = {key: options[key] for key in words if key in options}
     try:
-        return trimray.inspect(source, name=name, **{key: options[key] for key in words if key in options})
-    except trimray.Error:
-        return None
+        return trimray.inspect(source, name=name, **given), ""
+    except trimray.UsageError:
+        return None, ""
+    except trimray.Error as error:
+        return None, str(error)
 
 
 def _of_model(name: str, model: Model) -> Side:

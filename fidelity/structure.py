@@ -169,15 +169,15 @@ def _above(part: PlacedPart) -> tuple[str, ...]:
 
 
 def _layers(a: Side, b: Side) -> list[Finding]:
-    """Their names, and how many faces and instances are on them, as the inspections of both say."""
-    inspections = [side.inspection for side in (a, b) if side.inspection is not None]
-    if len(inspections) < 2:
-        return []
+    """Their names, and how many faces and instances are on them."""
     if not (a.holds("layers") and b.holds("layers")):
         return [_cannot("layers", a, b)]
     sides = [
-        {name: {kind: len(items) for kind, items in held.items()} for name, held in inspection.layers.items()}
-        for inspection in inspections
+        {
+            name: {"faces": len(on.faces), "instances": len(on.instances)}
+            for name, on in s.sound.layers.items()
+        }
+        for s in (a, b)
     ]
     wrong = [
         found(

@@ -12,9 +12,11 @@ from typing import Any
 import pytest
 
 from tests.batch.gallery_reader import CHROMIUM, Reader, luminance
+from trimray.fidelity.findings import not_comparable
 from trimray.fidelity.report_html import to_html
+from trimray.fidelity.result import Result
 
-from .reports import results
+from .reports import VOLUME, comparison, results
 
 pytestmark = pytest.mark.skipif(not Path(CHROMIUM).exists(), reason=f"no {CHROMIUM}")
 
@@ -83,6 +85,16 @@ def test_differences_come_first_each_with_its_tolerance(open_report: Any) -> Non
     summary.focus()
     page.keyboard.press("Enter")
     assert "6000.000001" in page.locator("table[aria-label=mass]").text_content()
+
+
+def test_what_could_not_be_compared_is_named(open_report: Any, tmp_path: Path) -> None:
+    lacking = not_comparable("mass", "masses", [True, False], "it crashed")
+    path = tmp_path / "report.html"
+    path.write_bytes(to_html([Result("part.step", "compare", (comparison(VOLUME, lacking),), exit_code=7)]))
+    page = open_report(path=path).page
+    assert "partial 2 values, none differs, 1 not compared" in page.locator(".verdict").text_content()
+    cells = page.locator("#result table").first.locator("tbody td").all_text_contents()
+    assert cells == ["mass massesnot compared: it crashed", "yes", "no", "", "", "not compared"]
 
 
 def test_the_view_that_differs_most_is_shown_first(open_report: Any) -> None:
