@@ -27,6 +27,11 @@ _PLACING = (
 # the member out. The number is that of the parameter, or of the member in a list.
 _NOT_ONE = re.compile(r"Parameter n\d+(?:\.(\d+))? \(([^)]*)\) : Entity has illegal type")
 
+# Annotations that AP203 and AP214 let a shape representation hold, some of which OCCT does not know.
+_ANNOTATION = re.compile(
+    rb"\b(?:ANNOTATION_\w+|DRAUGHTING_\w+|\w+_CALLOUT|(?:\w+_)?TEXT(?:_\w+)?|(?:\w+_)?SYMBOL|SYMBOL_TARGET)\s*\("
+)
+
 
 class StepAudit:
     """Compares one loaded and transferred STEP file with its text.
@@ -75,7 +80,12 @@ class StepAudit:
             member = self.text.member(id, int(match[1] or 0))
             what = match[2].rpartition(".")[2] or "member"
             reason = f"{self._kind(number)} {label} names it as its {what}, which it is not"
-            self.report.add(f"#{member}" if member else label, what, reason)
+            severity: Severity = "error"
+            if what == "representation_item" and _ANNOTATION.match(
+                self.text.record(member).lstrip(b" \r\n(")
+            ):
+                reason, severity = f"an annotation of {self._kind(number)} {label}: not drawn", "note"
+            self.report.add(f"#{member}" if member else label, what, reason, severity)
 
     def transfer(self, arrived: int) -> None:
         """Lost faces and changes by healing. arrived: distinct faces in the model."""

@@ -286,6 +286,22 @@ def test_what_a_record_names_and_does_not_get_is_an_error(
     assert errors[0]["reason"].startswith(holder) and "which it is not" in errors[0]["reason"]
 
 
+def test_annotations_that_opencascade_does_not_know_are_no_loss(read_here, samples_dir, tmp_path):
+    """In AP214 a draughting_callout is a geometric_representation_item, which a shape may hold."""
+    text = (samples_dir / "assembly.step").read_text()
+    solid = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\((#\d+),", text)
+    assert solid
+    callout = "#999001 = LEADER_DIRECTED_CALLOUT('',(#11));\n"
+    text = text[: solid.start(1)] + "#999001," + text[solid.start(1) :]
+    head, end, tail = text.partition("ENDSEC;\nEND-ISO")
+    path = tmp_path / "callout.step"
+    path.write_text(head + callout + end + tail)
+    issues = read_here(path).report["issues"]
+    (found,) = [i for i in issues if i["entity"] == "#999001" and i["kind"] == "representation_item"]
+    assert found["severity"] == "note" and "annotation" in found["reason"]
+    assert not [i for i in issues if i["severity"] == "error"]
+
+
 def test_members_are_found_as_parameters_and_in_lists():
     text = StepText(b"#1=A('x,(#9)',#2,(#3,\n#4),.T.);\n#5=B('',(#6,#7));")
     assert [text.member(1, k) for k in (2, 1, 3, 9)] == [2, 3, 0, 0]
