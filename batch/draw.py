@@ -20,7 +20,7 @@ from trimray import Error, InputError, MemoryLimitError, Model, OutputError, Tim
 from trimray.formats import format_of
 from trimray.frame import Frame
 from trimray.image_io import encode, write_file
-from trimray.importer.forked import data_bytes
+from trimray.importer.forked import data_bytes, peak_bytes
 
 from .record import Item, Outcome, Settings, Status
 from .visible import Visible, visible
@@ -120,7 +120,7 @@ def picture_of(path: str, settings: Settings, *, start: float | None = None, thr
         degraded = "; ".join(text for text in (degraded, coarse) if text)
         seen = visible(frame, settings.background)
         report = model.report
-    peak = max(report.reader_memory, _peak())
+    peak = max(report.reader_memory, peak_bytes())
     return Picture(Frame({"color": frame["color"]}, settings.size), report, seen, degraded, peak)
 
 
@@ -278,14 +278,3 @@ def _starved(error: RuntimeError) -> bool:
 def _reset_peak() -> None:
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
-
-
-def _peak() -> int:
-    """Bytes resident at most since _reset_peak, or ever where that does not work."""
-    try:
-        for line in Path("/proc/self/status").read_text().splitlines():
-            if line.startswith("VmHWM:"):
-                return int(line.split()[1]) * 1024
-    except (OSError, ValueError, IndexError):
-        pass
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import Any, BinaryIO
 
 from . import errors, wire
+from .forked import peak_bytes
 from .formats import TRIANGLES
 from .input_file import open_input
 from .mesh_model import MeshModel
@@ -96,7 +97,10 @@ def _read(request: dict[str, Any], pipe: BinaryIO) -> None:
             opened=opened,
             report=report,
         )
-    model.report["peak_memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    peak = peak_bytes()
+    if limit is not None and peak > limit:  # the caller, who looks from time to time, may have missed it
+        raise errors.MemoryLimitError(f"{name}: out of memory")
+    model.report["peak_memory"] = peak
     wire.send_model(pipe, model)
 
 

@@ -7,6 +7,7 @@ import gc
 import importlib
 import json
 import os
+import resource
 import signal
 import subprocess
 import time
@@ -19,6 +20,7 @@ class Forked:
 
     def __init__(self, pid: int) -> None:
         self.pid = pid
+        self.peak_memory = 0  # bytes resident at most; known once it has been waited for
         self._code: int | None = None
 
     def kill(self) -> None:
@@ -42,9 +44,11 @@ class Forked:
 
     def _waitpid(self, options: int) -> tuple[int, int]:
         try:
-            return os.waitpid(self.pid, options)
+            pid, status, usage = os.wait4(self.pid, options)
         except ChildProcessError:  # somebody else took it, or SIGCHLD is ignored
             return self.pid, 0
+        self.peak_memory = usage.ru_maxrss * 1024
+        return pid, status
 
 
 def fork_child(module: str, argument: str, pipe: int) -> Forked:
@@ -72,12 +76,11 @@ def _become_child(pipe: int) -> None:
     os.setsid()  # Ctrl-C reaches the caller, who kills the child
     signal.set_wakeup_fd(-1)
     for number in signal.valid_signals():
-        if signal.getsignal(number) not in (signal.SIG_DFL, None):
+        # SIGTERM is sent to all processes of a job: the caller decides here too, from the first moment on.
+        handler = signal.SIG_IGN if number == signal.SIGTERM else signal.SIG_DFL
+        if signal.getsignal(number) not in (handler, None):
             with contextlib.suppress(OSError, ValueError):
-                signal.signal(number, signal.SIG_DFL)
-    signal.signal(
-        signal.SIGTERM, signal.SIG_IGN
-    )  # sent to all processes of a job: the caller decides here too
+                signal.signal(number, handler)
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
     null = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
@@ -88,9 +91,19 @@ def _become_child(pipe: int) -> None:
 
 def data_bytes() -> int:
     """What RLIMIT_DATA counts of this process now; 0 where it cannot be told."""
+    return _status_bytes("VmData:")
+
+
+def peak_bytes() -> int:
+    """Resident in this process at most; what the kernel counts of usage may also be of the program that
+    started it."""
+    return _status_bytes("VmHWM:") or resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def _status_bytes(name: str) -> int:
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
-            if line.startswith("VmData:"):
+            if line.startswith(name):
                 return int(line.split()[1]) * 1024
     except (OSError, IndexError, ValueError):
         pass

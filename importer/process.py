@@ -1,5 +1,6 @@
 """The caller's side of the child process: start it, watch it, turn its end into a model or an Error."""
 
+import contextlib
 import json
 import os
 import select
@@ -25,6 +26,8 @@ Start = Literal["spawn", "fork"]
 # Seconds between two looks at the child's memory.
 _WATCH_INTERVAL = 0.05
 _PAGE = os.sysconf("SC_PAGE_SIZE")
+# Exit code with which the dynamic loader ends a process, such as for want of memory for a library's data.
+_LOADER_FAILED = 127
 
 # The child runs the importer alone: a bare stand-in for the package around it keeps the child from loading
 # what only the caller needs (the native core, the image library).
@@ -163,21 +166,18 @@ class _Watch:
         return None
 
     def _check_limits(self) -> None:
+        limit = self.request.memory_limit
+        if limit is not None:
+            with contextlib.suppress(OSError, IndexError, ValueError):
+                pages = int(Path(f"/proc/{self.child.pid}/statm").read_text().split()[1])
+                self.peak_memory = max(self.peak_memory, pages * _PAGE)
+            if self.peak_memory > limit:
+                raise self._memory_error()
         if self.time_limit is not None and time.monotonic() - self.start >= self.time_limit:
             raise errors.TimeLimitError(
                 f"{self.request.name}: not {self.request.verb} within {self.time_limit:g} s "
                 f"(stopped in stage '{self.stage}')"
             )
-        limit = self.request.memory_limit
-        if limit is None:
-            return
-        try:
-            pages = int(Path(f"/proc/{self.child.pid}/statm").read_text().split()[1])
-        except (OSError, IndexError, ValueError):
-            return
-        self.peak_memory = max(self.peak_memory, pages * _PAGE)
-        if self.peak_memory > limit:
-            raise self._memory_error()
 
     def _memory_error(self) -> errors.MemoryLimitError:
         limit = self.request.memory_limit
@@ -201,9 +201,12 @@ class _Watch:
             code = self.child.wait(timeout=5)
         except subprocess.TimeoutExpired:
             code = 0
+        if isinstance(self.child, Forked):
+            self.peak_memory = max(self.peak_memory, self.child.peak_memory)
         limit = self.request.memory_limit
         near_limit = limit is not None and self.peak_memory > 0.7 * limit
-        if code == -signal.SIGKILL or (code < 0 and near_limit):
+        unloadable = limit is not None and code == _LOADER_FAILED
+        if code == -signal.SIGKILL or (code < 0 and near_limit) or unloadable:
             return self._memory_error()
         name = self.request.name
         if code == -signal.SIGALRM:
