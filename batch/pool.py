@@ -72,6 +72,7 @@ class _Worker:
     verdict: tuple[int, str] | None = None  # exit code and reason, where it is being killed
     ended: bool = False  # it has closed its end
     ready: bool = False
+    free: bool = False
     answers: int = 0
     inbox: bytes = b""
 
@@ -89,7 +90,10 @@ class _Pool:
 
     def run(self) -> Iterator[Outcome]:
         while True:
-            self._staff()
+            # What is done is kept by the caller before anyone gets more to do: an end of this process at any
+            # moment costs each worker one file.
+            if not self.outcomes:
+                self._staff()
             if self.outcomes:
                 yield self.outcomes.popleft()
             elif self.workers:
@@ -111,7 +115,14 @@ class _Pool:
                 server.close()
 
     def _staff(self) -> None:
-        """Asks for workers while there are items for them."""
+        """Gives workers that are free the next item, and asks for more workers while there are items."""
+        for worker in self.workers.values():
+            if worker.free:
+                following = None if self.again else self._next()
+                if following is not None:
+                    self._give(worker, following)
+                else:  # it ends, and a new one takes what is left
+                    self._dismiss(worker)
         while len(self.workers) < self.size and time.monotonic() >= self.not_before:
             following = self.again.popleft() if self.again else self._next()
             if following is None:
@@ -131,7 +142,7 @@ class _Pool:
 
     def _give(self, worker: _Worker, following: tuple[Item, int]) -> None:
         item, tries = following
-        worker.item, worker.tries = item, tries + 1
+        worker.item, worker.tries, worker.free = item, tries + 1, False
         worker.start = time.monotonic()
         limit = self.job.settings.time_limit
         if limit is not None:
@@ -158,7 +169,8 @@ class _Pool:
         for worker in self.workers.values():
             if worker.deadline is not None and now >= worker.deadline and worker.pid and self.server:
                 worker.deadline = None
-                worker.verdict = (5, f"not drawn within {self.job.settings.time_limit:g} s, and stopped")
+                if worker.item is not None:
+                    worker.verdict = (5, f"not drawn within {self.job.settings.time_limit:g} s, and stopped")
                 self.server.kill(worker.pid)
 
     def _hear(self, worker: _Worker) -> None:
@@ -190,13 +202,16 @@ class _Pool:
         self.outcomes.append(outcome)
         worker.answers += 1
         self.stillborn = 0
-        following = None if retire or self.again else self._next()
-        if following is not None:
-            self._give(worker, following)
-        else:  # it ends, and a new one takes what is left
-            with contextlib.suppress(OSError):
-                worker.connection.shutdown(socket.SHUT_WR)
-            worker.deadline = time.monotonic() + GRACE_SECONDS
+        if retire:
+            self._dismiss(worker)
+        else:
+            worker.free = True
+
+    def _dismiss(self, worker: _Worker) -> None:
+        worker.free = False
+        with contextlib.suppress(OSError):
+            worker.connection.shutdown(socket.SHUT_WR)
+        worker.deadline = time.monotonic() + GRACE_SECONDS
 
     def _obey(self, message: dict[str, Any] | None) -> None:
         """What the server says."""

@@ -5,11 +5,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import make
 import pytest
 
-from trimray.importer import Error, InputError, MemoryLimitError, TimeLimitError, read_model
+from trimray.importer import Error, InputError, MemoryLimitError, TimeLimitError, process, read_model
 from trimray.importer.process import Request, run_child
 
 HERE = Path(__file__).parent
@@ -50,13 +51,23 @@ def _no_child_left():
     assert set(children()) <= before
 
 
-def test_hang_ends_at_the_time_limit(run):
-    start = time.monotonic()
+@pytest.fixture
+def late(monkeypatch):
+    """A time limit is over as soon as this has been called, as a child's progress, and not before."""
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(process, "time", SimpleNamespace(monotonic=lambda: clock.now))
+
+    def late(stage, fraction):
+        clock.now = 100.0
+
+    return late
+
+
+def test_hang_ends_at_the_time_limit(run, late):
     with pytest.raises(
-        TimeLimitError, match=r"hang: not read within 1\.5 s \(stopped in stage 'transfer'\)"
+        TimeLimitError, match=r"hang: not read within 90 s \(stopped in stage 'transfer'\)"
     ) as caught:
-        run("hang", time_limit=1.5)
-    assert time.monotonic() - start < 10
+        run("hang", time_limit=90, progress=late)
     assert caught.value.exit_code == 5
 
 
@@ -106,10 +117,24 @@ def test_forked_child_leaves_the_parents_exit_and_files_alone(run, tmp_path):
     assert (tmp_path / "log").read_text() == "once"
 
 
-def test_real_reader_obeys_a_small_memory_limit(tmp_path):
+@pytest.fixture(params=["seen", "not looked at"])
+def watch(request, monkeypatch):
+    """On a busy machine a child may have ended before its memory is looked at."""
+    if request.param == "not looked at":
+        monkeypatch.setattr(process._Watch, "_check_limits", lambda self: None)
+
+
+@pytest.mark.parametrize("mebibytes", [60, 150])  # OpenCascade's libraries find no room, or not all of them
+def test_real_reader_obeys_a_small_memory_limit(tmp_path, watch, mebibytes):
     path = make.step_file(tmp_path / "box.step", make.box())
     with pytest.raises(MemoryLimitError):
-        read_model(path, memory_limit=60 << 20)
+        read_model(path, memory_limit=mebibytes << 20)
+
+
+@pytest.mark.parametrize("sample", ["bracket.step", "patch.step"])  # the first one crashes for want of memory
+def test_forked_reader_obeys_a_small_memory_limit(samples_dir, watch, sample):
+    with pytest.raises(MemoryLimitError, match="cannot be read within 1 MiB"):
+        read_model(samples_dir / sample, start="fork", memory_limit=1 << 20)
 
 
 def test_real_reader_obeys_a_short_time_limit(tmp_path):
@@ -150,7 +175,7 @@ def test_child_dies_with_its_parent(tmp_path):
     ) as parent:
         child = int(parent.stdout.readline())
         parent.kill()
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
         try:
             state = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0]
@@ -189,7 +214,7 @@ def test_every_error_has_an_exit_code():
     assert issubclass(TimeLimitError, Error) and TimeLimitError("x").exit_code == 5
 
 
-def test_what_a_hanging_child_held_is_told(run):
+def test_what_a_hanging_child_held_is_told(run, late):
     with pytest.raises(TimeLimitError) as caught:
-        run("hang", time_limit=1.5, memory_limit=8 << 30)
+        run("hang", time_limit=90, memory_limit=8 << 30, progress=late)
     assert caught.value.peak_memory > 1 << 20
