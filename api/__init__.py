@@ -23,7 +23,7 @@ from .version import __version__
 if TYPE_CHECKING:
     from .camera import Camera
     from .distances import Distances, EdgeSamples, Samples
-    from .faces import Face, Instance
+    from .faces import Face, Instance, Layer
     from .fidelity.comparing import compare
     from .frame import Frame
     from .hits import Hits
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     )
     from .importer.inspect_file import inspect
     from .importer.inspection import Inspection
-    from .layers import Layer
     from .loading import load
     from .merging import merge
     from .model import Model
@@ -99,7 +98,7 @@ _HOME = {
     "Hits": "hits",
     "Report": "report",
     "Issue": "report",
-    "Layer": "layers",
+    "Layer": "faces",
     "inspect": "importer.inspect_file",
     "Inspection": "importer.inspection",
 } | {name: "importer.errors" for name in __all__ if name.endswith("Error")}

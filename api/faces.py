@@ -1,4 +1,4 @@
-"""What a model is made of, as its users see it: faces and placed parts."""
+"""What a model is made of, as its users see it: faces, placed parts, layers."""
 
 from __future__ import annotations
 
@@ -50,6 +50,18 @@ class Instance:
     faces: range
     placement: npt.NDArray[np.float64]
     color: Color | None
+
+
+@dataclass(frozen=True)
+class Layer:
+    """What a file puts on one layer.
+
+    faces: their numbers, ascending: single faces, and all faces of parts that are on the layer wherever they
+    stand. instances: numbers of those that are on it in their place, or within an assembly that is.
+    """
+
+    faces: tuple[int, ...]
+    instances: tuple[int, ...]
 
 
 class Faces(Sequence[Face]):
