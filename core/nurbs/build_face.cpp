@@ -6,6 +6,7 @@
 #include "core/nurbs/bounds.h"
 #include "core/nurbs/build_mesh_face.h"
 #include "core/nurbs/project_curve.h"
+#include "core/nurbs/surface_over.h"
 
 namespace trimray::nurbs {
 namespace {
