@@ -13,8 +13,6 @@ constexpr int kMaxCuts = 10;
 constexpr double kEnough = 3.0;    // as for surfaces
 constexpr double kSlender = 0.05;  // a leaf's thickness over its length
 
-bool by_bound(const Part& a, const Part& b) { return a.bound > b.bound; }
-
 }  // namespace
 
 bool is_used(const nurbs::NurbsStore& store, const nurbs::Edge& edge) {
@@ -109,24 +107,9 @@ bool EdgeLeaves::nearest(std::size_t index, const dvec3& point, double slack, Ed
   if (line + length + 2.0 * leaf.radius < leaf.convex)
     return offer(leaf, descend(net, piece.degree, 0, whole, q, leaf.s0 + (leaf.s1 - leaf.s0) * along, 0.0),
                  best);
-  work.heap.clear();
-  bool found = examine(leaf, whole, q, slack, best, work);
-  while (!work.heap.empty()) {
-    std::pop_heap(work.heap.begin(), work.heap.end(), by_bound);
-    const Part part = work.heap.back();
-    work.heap.pop_back();
-    if (!(part.bound < best.distance - slack)) break;
-    if (work.parts_left <= 0) {
-      work.unsearched = std::min(work.unsearched, part.bound);
-      break;
-    }
-    --work.parts_left;
-    Domain low = part.domain, high = part.domain;
-    low.u1 = high.u0 = 0.5 * (low.u0 + low.u1);
-    found = examine(leaf, low, q, slack, best, work) || found;
-    found = examine(leaf, high, q, slack, best, work) || found;
-  }
-  return found;
+  return search_parts(
+      whole, true, 1, work, [&] { return best.distance - slack; },
+      [&](const Domain& part, bool) { return examine(leaf, part, q, slack, best, work); });
 }
 
 bool EdgeLeaves::examine(const EdgeLeaf& leaf, const Domain& d, const dvec3& q, double slack, EdgeFoot& best,
@@ -147,8 +130,7 @@ bool EdgeLeaves::examine(const EdgeLeaf& leaf, const Domain& d, const dvec3& q, 
     return false;
   const bool found = offer(leaf, descend(whole, n, 0, d, q, 0.5 * (d.u0 + d.u1), 0.0), best);
   if (shape_of(bound, true).convex || bound.radius <= slack) return found;
-  work.heap.push_back({d, least, true, true});
-  std::push_heap(work.heap.begin(), work.heap.end(), by_bound);
+  push_part(work, {d, least, true, true});
   return found;
 }
 

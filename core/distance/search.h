@@ -1,6 +1,7 @@
 // The nearest point on one rational Bezier net, curve or surface, by branch and bound.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/distance/bezier_net.h"
@@ -47,5 +48,42 @@ struct Workspace {
   int parts_left = 0;        // of kMaxParts
   double unsearched = kInf;  // least bound of what was given up
 };
+
+inline bool by_bound(const Part& a, const Part& b) { return a.bound > b.bound; }
+
+inline void push_part(Workspace& work, const Part& part) {
+  work.heap.push_back(part);
+  std::push_heap(work.heap.begin(), work.heap.end(), by_bound);
+}
+
+// Branch and bound over `whole`. examine(domain, inside) looks at one part: it drops it, settles it, or puts
+// it on the heap, and is true when it found something nearer; wanted() is the distance, mm, from which on
+// nothing need be found; cost: what halving a part takes of parts_left. True when something nearer was found.
+template <class Examine, class Wanted>
+bool search_parts(const Domain& whole, bool inside, int cost, Workspace& work, const Wanted& wanted,
+                  const Examine& examine) {
+  work.heap.clear();
+  bool found = examine(whole, inside);
+  while (!work.heap.empty()) {
+    std::pop_heap(work.heap.begin(), work.heap.end(), by_bound);
+    const Part part = work.heap.back();
+    work.heap.pop_back();
+    if (!(part.bound < wanted())) break;
+    if (work.parts_left <= 0) {
+      work.unsearched = std::min(work.unsearched, part.bound);
+      break;
+    }
+    work.parts_left -= cost;
+    const Domain& d = part.domain;
+    Domain low = d, high = d;
+    if (part.halve_u)
+      low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
+    else
+      low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
+    found = examine(low, part.inside) || found;
+    found = examine(high, part.inside) || found;
+  }
+  return found;
+}
 
 }  // namespace trimray::distance

@@ -81,8 +81,6 @@ double offset_bound(const dvec4* net, int count, const NetBound& b, double offse
          std::abs(offset) * aside * sine;
 }
 
-bool by_bound(const Part& a, const Part& b) { return a.bound > b.bound; }
-
 }  // namespace
 
 bool SurfaceLeaves::append(std::int32_t face, std::vector<Box3>& boxes) {
@@ -293,8 +291,7 @@ bool SurfaceLeaves::examine(const Query& query, const Domain& d, bool known_insi
   const bool longer_u =
       glm::length(bound.middle.u) + bound.turn_u >= glm::length(bound.middle.v) + bound.turn_v;
   const bool halve_u = form.bend_u != form.bend_v ? form.bend_u > form.bend_v : longer_u;
-  work.heap.push_back({d, least, known_inside, halve_u});
-  std::push_heap(work.heap.begin(), work.heap.end(), by_bound);
+  push_part(work, {d, least, known_inside, halve_u});
   return found;
 }
 
@@ -303,28 +300,9 @@ bool SurfaceLeaves::subdivide(const SurfaceLeaf& leaf, const dvec3& q, double sl
   const trace::Patch& patch = pool_.patches[leaf.patch];
   const Query query{leaf, patch, q, slack};
   const int count = (patch.degree_u + 1) * (patch.degree_v + 1), cost = 1 + count * count / 4096;
-  work.heap.clear();
-  bool found = examine(query, leaf.domain, leaf.inside, best, work);
-  while (!work.heap.empty()) {
-    std::pop_heap(work.heap.begin(), work.heap.end(), by_bound);
-    const Part part = work.heap.back();
-    work.heap.pop_back();
-    if (!(part.bound < best.distance - slack)) break;
-    if (work.parts_left <= 0) {
-      work.unsearched = std::min(work.unsearched, part.bound);
-      break;
-    }
-    work.parts_left -= cost;
-    const Domain& d = part.domain;
-    Domain low = d, high = d;
-    if (part.halve_u)
-      low.u1 = high.u0 = 0.5 * (d.u0 + d.u1);
-    else
-      low.v1 = high.v0 = 0.5 * (d.v0 + d.v1);
-    found = examine(query, low, part.inside, best, work) || found;
-    found = examine(query, high, part.inside, best, work) || found;
-  }
-  return found;
+  return search_parts(
+      leaf.domain, leaf.inside, cost, work, [&] { return best.distance - slack; },
+      [&](const Domain& part, bool inside) { return examine(query, part, inside, best, work); });
 }
 
 std::int64_t SurfaceLeaves::bytes() const {
