@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/base/closest.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/nurbs/surface_form.h"
@@ -66,7 +67,7 @@ class FaceTriangles {
       const std::array<dvec3, 3> c{mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]};
       const dvec3 lower = glm::min(glm::min(c[0], c[1]), c[2]), upper = glm::max(glm::max(c[0], c[1]), c[2]);
       if (glm::distance(p, glm::clamp(p, lower, upper)) < best)
-        best = std::min(best, triangle_distance(p, c));
+        best = std::min(best, distance_to_triangle(p, c[0], c[1], c[2]));
     }
     return best;
   }
@@ -95,7 +96,7 @@ Worst measure_triangle(const nurbs::SurfaceView& surface, const TriMesh& mesh, c
       const dvec3 point = a * p[0] + b * p[1] + c * p[2];
       const dvec2 at = a * uv[0] + b * uv[1] + c * uv[2];
       const dvec3 exact = nurbs::evaluate_point(surface, at);
-      double from = triangle_distance(exact, p);
+      double from = distance_to_triangle(exact, p[0], p[1], p[2]);
       if (from > enough && from > worst.from_surface) from = all.nearest(mesh.face[index], exact, from);
       worst.from_surface = std::max(worst.from_surface, from);
       // A point's distance from the surface is at most that from `exact`: ask only when that could matter.
@@ -150,24 +151,6 @@ void check_mesh_fits(const NurbsStore& store, const TriMesh& mesh) {
       throw ArgumentError("triangle " + std::to_string(i) + " names face " + std::to_string(mesh.face[i]) +
                           " of " + std::to_string(store.faces.size()));
   }
-}
-
-// Voronoi regions of the triangle's features; section 5.1.5, C. Ericson, "Real-Time Collision Detection".
-double triangle_distance(const dvec3& p, const std::array<dvec3, 3>& t) {
-  const dvec3 ab = t[1] - t[0], ac = t[2] - t[0], n = glm::cross(ab, ac);
-  const auto to_segment = [&](const dvec3& a, const dvec3& b) {
-    const dvec3 d = b - a;
-    const double length = glm::dot(d, d);
-    const double x = length > 0.0 ? std::clamp(glm::dot(p - a, d) / length, 0.0, 1.0) : 0.0;
-    return glm::distance(p, a + x * d);
-  };
-  const double area = glm::dot(n, n);
-  // Of a needle the normal is noise; its sides say it all.
-  if (area > 1e-24 * glm::dot(ab, ab) * glm::dot(ac, ac)) {
-    const double b = glm::dot(glm::cross(p - t[0], ac), n), c = glm::dot(glm::cross(ab, p - t[0]), n);
-    if (b >= 0.0 && c >= 0.0 && b + c <= area) return std::abs(glm::dot(p - t[0], n)) / std::sqrt(area);
-  }
-  return std::min({to_segment(t[0], t[1]), to_segment(t[1], t[2]), to_segment(t[2], t[0])});
 }
 
 DeviationMeasure measure_deviation(const NurbsStore& store, const TriMesh& mesh,

@@ -2,7 +2,6 @@
 // which it shares nothing but the evaluation of surfaces.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -40,9 +39,6 @@ struct FaceCover {
   std::int64_t triangles = 0, turned_over = 0;
 };
 std::vector<FaceCover> measure_cover(const nurbs::NurbsStore& store, const TriMesh& mesh);
-
-// Distance of a point from a triangle.
-double triangle_distance(const dvec3& p, const std::array<dvec3, 3>& triangle);
 
 // Throws ArgumentError unless every array has one entry a triangle and every index exists.
 void check_mesh_fits(const nurbs::NurbsStore& store, const TriMesh& mesh);

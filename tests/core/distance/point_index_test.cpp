@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/base/closest.h"
 #include "core/nurbs/mesh_store.h"
 #include "tests/core/distance/probes.h"
 #include "tests/core/tess/trimmed_stores.h"
@@ -151,19 +150,6 @@ TEST(PointIndex, TrianglesAreTheirOwnTruth) {
     EXPECT_NEAR(glm::distance(n.point, q), n.distance, 1e-13);
     EXPECT_GE(n.uv_face.x, 0.0);
     EXPECT_LE(n.uv_face.x + n.uv_face.y, 1.0 + 1e-12);
-  }
-}
-
-TEST(Closest, TriangleWeightsGiveThePoint) {
-  const std::vector<dvec3> p = random_points(400, {0, 0, 0}, 1.0);
-  for (std::size_t i = 0; i + 3 < p.size(); i += 4) {
-    const TrianglePoint t = closest_on_triangle(p[i], p[i + 1], p[i + 2], p[i + 3]);
-    const dvec3 by_weights =
-        p[i + 1] + t.weight_b * (p[i + 2] - p[i + 1]) + t.weight_c * (p[i + 3] - p[i + 1]);
-    EXPECT_LE(glm::distance(t.p, by_weights), 1e-12);
-    EXPECT_GE(t.weight_b, 0.0);
-    EXPECT_GE(t.weight_c, 0.0);
-    EXPECT_LE(t.weight_b + t.weight_c, 1.0 + 1e-12);
   }
 }
 

@@ -9,10 +9,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/closest.h"
 #include "core/base/error.h"
 #include "core/nurbs/make_store.h"
 #include "core/tess/mesh_check.h"
-#include "core/tess/mesh_measure.h"
 
 namespace trimray::tess {
 namespace {
@@ -99,7 +99,7 @@ void expect_covered(const Camera& c, const Transform& placement, const InstanceM
     double nearest = kInf;
     for (const auto& t : mesh.triangles)
       nearest = std::min(
-          nearest, triangle_distance(p, {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}));
+          nearest, distance_to_triangle(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
     const double stretch = glm::length(placement.linear[0]);  // the same in all directions here
     EXPECT_LE(nearest * stretch, px * scale * (1.0 + 1e-6)) << p.x << " " << p.y << " " << p.z;
   }

@@ -17,17 +17,6 @@ constexpr double kPi = std::numbers::pi;
 
 nurbs::NurbsStore store_of(const nurbs::FaceSpec& spec) { return nurbs::make_store(std::span(&spec, 1)); }
 
-TEST(TriangleDistance, EveryFeatureIsTheNearestSomewhere) {
-  const std::array<dvec3, 3> t{dvec3(0, 0, 0), dvec3(4, 0, 0), dvec3(0, 4, 0)};
-  EXPECT_DOUBLE_EQ(triangle_distance({1, 1, 3}, t), 3.0);
-  EXPECT_DOUBLE_EQ(triangle_distance({1, -2, 0}, t), 2.0);
-  EXPECT_DOUBLE_EQ(triangle_distance({-3, 1, 4}, t), 5.0);
-  EXPECT_DOUBLE_EQ(triangle_distance({4, 4, 0}, t), std::sqrt(8.0));
-  EXPECT_DOUBLE_EQ(triangle_distance({-3, -4, 0}, t), 5.0);
-  EXPECT_DOUBLE_EQ(triangle_distance({7, 0, 0}, t), 3.0);
-  EXPECT_DOUBLE_EQ(triangle_distance({0, 3, 1}, {dvec3(0), dvec3(0), dvec3(0, 2, 1)}), 1.0) << "no area";
-}
-
 // Chords of a circle: the largest gap is the rise of the arc, r (1 - cos(pi / n)).
 TEST(MeasureDeviation, TubeIsOffByTheRiseOfItsArcs) {
   for (const bool as_nurbs : {false, true}) {
