@@ -2,42 +2,29 @@
 
 from __future__ import annotations
 
-import signal
 from pathlib import Path
 
-from OCP.IFSelect import IFSelect_ReturnStatus
-from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TDF import TDF_LabelSequence
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from trimray.importer.shapes import compound_of
-
 from ..importer import occt
-from ..importer.errors import EmptyError, InputError
-from ..importer.read_step import PATIENCE_WITH_NAN, file_unit
+from ..importer.errors import EmptyError
 from ..importer.report import Report
+from ..importer.shapes import compound_of
+from ..importer.step_document import file_unit, open_step
 from ..importer.step_text import StepText
 from .from_store import Rebuilt
 
+# What the writer can write again.
+_MODES = ("Color", "Name", "Layer", "Props", "GDT", "Mat", "View", "Meta", "SHUO")
+
 
 def read_document(path: str, *, name: str, heal: str, precision: float | None, report: Report) -> Rebuilt:
-    """Read as the importer does, but with layers and validation properties. Raises InputError."""
-    if StepText(Path(path).read_bytes()).not_a_number():
-        signal.alarm(PATIENCE_WITH_NAN)
-    occt.set_precision(precision)
-    reader = STEPCAFControl_Reader()
-    for switch in ("Color", "Name", "Layer", "Props", "GDT", "Mat", "SHUO"):
-        getattr(reader, f"Set{switch}Mode")(True)
-    with report.stage("parse"):
-        if reader.ReadFile(path) != IFSelect_ReturnStatus.IFSelect_RetDone:
-            raise InputError(f"{name}: not a readable STEP file")
-    if heal == "off":
-        occt.switch_healing_off(reader)
-    document = occt.new_document()
-    occt.keep(reader, document)
-    with report.stage("transfer"):
-        reader.Transfer(document)
-    signal.alarm(0)
+    """Read as the importer does, but with materials, tolerances and properties. Raises InputError."""
+    text = StepText(Path(path).read_bytes())
+    reader, document = open_step(
+        path, text, name=name, heal=heal, precision=precision, modes=_MODES, report=report
+    )
     unit, _ = file_unit(reader, report)
     labels = TDF_LabelSequence()
     XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(labels)

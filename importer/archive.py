@@ -10,7 +10,7 @@ from .errors import InputError, MemoryLimitError
 from .formats import MODELS, Format, extension, kSniffBytes, names_model, sniff
 
 # Nothing grows beyond this, whatever the caller's memory limit: a guard against decompression bombs.
-kMaxUnpackedBytes = 4 << 30
+_MOST_UNPACKED_BYTES = 4 << 30
 _CHUNK = 1 << 20
 _WRAPPERS = {".gz": "", ".zip": "", ".stpz": ".stp", ".ifczip": "", ".z": ""}
 
@@ -24,7 +24,7 @@ def unpack(
     unpacked side by side, so that external references resolve.
     Raises InputError for damaged or foreign content, MemoryLimitError when the content is too large.
     """
-    limit = min(kMaxUnpackedBytes, memory_limit or kMaxUnpackedBytes)
+    limit = min(_MOST_UNPACKED_BYTES, memory_limit or _MOST_UNPACKED_BYTES)
     try:
         if kind == "gzip":
             return _unpack_gzip(path, folder, name, limit)

@@ -1,4 +1,4 @@
-"""The few switches of OpenCascade that every reader sets."""
+"""What every reader asks of OpenCascade: its switches, and the transfer into a document."""
 
 from typing import Any
 
@@ -16,12 +16,17 @@ from OCP.TopoDS import TopoDS_Shape
 from OCP.TopTools import TopTools_IndexedMapOfShape
 from OCP.XCAFApp import XCAFApp_Application
 
+from .report import Report
+
 # Operators of ShapeProcess "FixShape"; 0 at the upper levels switches everything below them off.
 _FIX_MODES = (
     "FixShapeMode", "FixSolidMode", "FixFreeShellMode", "FixFreeFaceMode", "FixFreeWireMode",
     "FixSameParameterMode", "FixVertexPositionMode", "FixVertexToleranceMode", "FixFaceMode",
     "FixFaceOrientationMode", "FixShellMode", "FixShellOrientationMode", "FixWireMode", "FixTailMode",
 )  # fmt: skip
+
+
+_kept: list[Any] = []
 
 
 def initialize() -> None:
@@ -44,20 +49,25 @@ def set_precision(precision: float | None, unit_mm: float = 1.0) -> None:
         Interface_Static.SetRVal_s("read.precision.val", precision / unit_mm)
 
 
-def switch_healing_off(reader: Any) -> None:
-    """reader: STEPCAFControl_Reader or IGESCAFControl_Reader, before its transfer."""
+def transfer(reader: Any, heal: str, report: Report) -> TDocStd_Document:
+    """The document of what a STEPCAFControl_Reader or an IGESCAFControl_Reader has parsed.
+
+    Neither is ever freed: freeing a document takes as long as extracting from it; the child ends anyway.
+    """
+    if heal == "off":
+        _switch_healing_off(reader)
+    document = new_document()
+    _kept.extend((reader, document))
+    with report.stage("transfer"):
+        reader.Transfer(document)
+    return document
+
+
+def _switch_healing_off(reader: Any) -> None:
     parameters = Resource_DataMapOfAsciiStringAsciiString()
     for mode in _FIX_MODES:
         parameters.Bind(TCollection_AsciiString(f"FixShape.{mode}"), TCollection_AsciiString("0"))
     reader.SetShapeFixParameters(parameters)
-
-
-_kept: list[Any] = []
-
-
-def keep(*things: Any) -> None:
-    """Never frees these: freeing a document takes as long as extracting from it; the child ends anyway."""
-    _kept.extend(things)
 
 
 def new_document() -> TDocStd_Document:

@@ -49,12 +49,7 @@ def read_iges(
     header = reader.IGESModel().GlobalSection()
     unit_mm = header.UnitValue()
     occt.set_precision(precision, unit_mm)
-    if heal == "off":
-        occt.switch_healing_off(reader)
-    document = occt.new_document()
-    occt.keep(reader, document)
-    with report.stage("transfer"):
-        reader.Transfer(document)
+    document = occt.transfer(reader, heal, report)
     with report.stage("extract"):
         scene, _ = xcaf.read_document(document)
         arrived = len({face.TShape() for part in scene.parts for face in occt.faces_of(part.shape)})

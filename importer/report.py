@@ -9,7 +9,7 @@ from typing import Any, Literal
 Severity = Literal["error", "warning", "note"]
 
 # More issues than this are counted, not listed: a broken file may have one per entity.
-kMaxIssues = 2000
+_MOST_ISSUES = 2000
 
 
 # What healing says when the same points are only drawn another way: no change of any shape.
@@ -61,7 +61,7 @@ class Report:
         issue = Issue(entity, kind, " ".join(reason.split()), severity)
         if issue in self.issues[-8:]:
             return
-        if len(self.issues) < kMaxIssues:
+        if len(self.issues) < _MOST_ISSUES:
             self.issues.append(issue)
         else:
             self.issues_left_out += 1

@@ -13,7 +13,7 @@ from trimray.importer import BrepModel
 
 @pytest.fixture(autouse=True)
 def _free_documents() -> Iterator[None]:
-    """Readers are kept alive on purpose (occt.keep); not over a whole test run."""
+    """Readers are kept alive on purpose (occt.transfer); not over a whole test run."""
     yield
     import sys
 
