@@ -38,11 +38,13 @@ def kind_of(path: str, name: str) -> Format:
 
 
 def _utf8_path(path: str, folder: str) -> str:
-    """The path, or one by links in folder where its bytes are no UTF-8: the readers take no other. The folder
-    is linked rather than the file where that will do, so that files are found that this one refers to."""
+    """The absolute path, or one by links in folder where its bytes are no UTF-8: the readers take no other.
+    Given a relative one, OpenCascade looks for external files in a folder that is not there. The folder is
+    linked rather than the file where that will do, so that files are found that this one refers to."""
+    path = os.path.abspath(path)
     if _is_utf8(path):
         return path
-    parent, name = os.path.split(os.path.abspath(path))
+    parent, name = os.path.split(path)
     if not _is_utf8(parent):
         os.symlink(parent, os.path.join(folder, "folder"))
         parent = os.path.join(folder, "folder")
