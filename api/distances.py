@@ -14,7 +14,7 @@ Float64s = npt.NDArray[np.float64]
 Int32s = npt.NDArray[np.int32]
 
 # Points given to the core at once; between two such portions Ctrl-C is heard.
-_PORTION = 1 << 16
+_PORTION = 1 << 12
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trimray import Error, UsageError
 
 from .fidelity import check_reports, report
 from .files import name_of
-from .jobs import data_of, loading_words, tell_error
-from .progress import progress_of
+from .jobs import data_of, limited_progress, loading_words, tell_error
+from .limit import Limited
+
+if TYPE_CHECKING:
+    from trimray.fidelity.record import Comparison
 
 
 def run(inputs: tuple[str, ...], **options: Any) -> int:
@@ -19,29 +22,38 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
     if inputs.count("-") > 1:
         raise UsageError("stdin can be read once only")
     check_reports(options)
-    from trimray.fidelity import compare, read
     from trimray.fidelity.result import Result, exit_code_of
 
     names = [name_of(source) for source in inputs]
     title = " - ".join(names)
+    try:
+        with limited_progress(title, options) as progress:
+            compared = _compared(inputs, names, options, progress)
+    except Error as error:
+        named = next((name for name in names if name in str(error)), title)
+        text = tell_error(named, error)
+        return report([Result(title, "compare", (), text, error.exit_code)], options)
+    return report([Result(title, "compare", (compared,), "", exit_code_of([compared]))], options)
+
+
+def _compared(
+    inputs: tuple[str, ...], names: list[str], options: dict[str, Any], progress: Limited
+) -> Comparison:
+    """Raises what reading raises."""
+    from trimray.fidelity import compare, read
+
     sides = []
     for source, name in zip(inputs, names, strict=True):
-        try:
-            with progress_of(name, options["progress"], options["quiet"]) as progress:
-                side = read(data_of(source), name=name, progress=progress, **loading_words(options))
-            if side.failure is not None:
-                raise side.failure
-        except Error as error:
-            text = tell_error(name, error)
-            return report([Result(title, "compare", (), text, error.exit_code)], options)
+        words = loading_words(options) | {"time_limit": progress.left()}
+        side = read(data_of(source), name=name, progress=progress, **words)
+        if side.failure is not None:
+            raise side.failure
         sides.append(side)
-    with progress_of(title, options["progress"], options["quiet"]) as progress:
-        compared = compare(
-            *sides,
-            profile=options["profile"],
-            pictures=options["pictures"],
-            images=bool(options["html"]),
-            size=options["picture_size"],
-            progress=progress,
-        )
-    return report([Result(title, "compare", (compared,), "", exit_code_of([compared]))], options)
+    return compare(
+        *sides,
+        profile=options["profile"],
+        pictures=options["pictures"],
+        images=bool(options["html"]),
+        size=options["picture_size"],
+        progress=progress,
+    )

@@ -6,12 +6,14 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from trimray import Error, UsageError, load
 
 from .files import Job, name_of
+from .limit import Limited, within
 from .output import say, write_stdout
 from .progress import Sink, progress_of
 
@@ -62,22 +64,33 @@ class Done(Generic[Value]):
 
 
 def each_input(
-    inputs: tuple[str, ...], options: dict[str, Any], work: Callable[[str, str, Sink], Value]
+    inputs: tuple[str, ...], options: dict[str, Any], work: Callable[[str, str, Limited], Value]
 ) -> Iterator[Done[Value]]:
-    """Does the work on every input, one after the other; one that fails does not end it.
+    """Does the work on every input, one after the other, each within the time limit; one that fails does not
+    end it.
 
     work: of the source, what messages call it, and a progress.
     """
     for source in inputs:
         name = name_of(source)
         try:
-            with progress_of(name, options["progress"], options["quiet"]) as progress:
+            with limited_progress(name, options) as progress:
                 value = work(source, name, progress)
         except Error as error:
             text = tell_error(name, error)
             yield Done(source, name, None, text, error.exit_code)
         else:
             yield Done(source, name, value)
+
+
+@contextmanager
+def limited_progress(name: str, options: dict[str, Any]) -> Iterator[Limited]:
+    """name: what messages call the work, which has to be done within the time limit."""
+    with (
+        progress_of(name, options["progress"], options["quiet"]) as sink,
+        within(options["time_limit"], name, sink) as limited,
+    ):
+        yield limited
 
 
 def tell_error(name: str, error: Error) -> str:
