@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .importer.inspect_file import inspect
     from .importer.inspection import Inspection
     from .loading import load
+    from .mass_properties import MassProperties
     from .merging import merge
     from .model import Model
     from .report import Issue, Report
@@ -62,6 +63,7 @@ __all__ = [
     "Issue",
     "Layer",
     "LimitError",
+    "MassProperties",
     "MemoryLimitError",
     "MeshCheck",
     "MeshIssue",
@@ -96,6 +98,7 @@ _HOME = {
     "Frame": "frame",
     "AOVS": "views",
     "Hits": "hits",
+    "MassProperties": "mass_properties",
     "Report": "report",
     "Issue": "report",
     "Layer": "faces",

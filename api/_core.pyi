@@ -693,3 +693,8 @@ def sample_edges(
     """
     count points of each edge of each instance: point (n, 3), edge (n,), instance (n,).
     """
+
+def measure_mass(store: Store, threads: int = 0) -> dict[str, Any]:
+    """
+    area, volume, each with its error; centroid, inertia about it, centroid_error, inertia_error; face_areas, shell_volumes, in their prototypes, with their errors; left_out: faces without an area.
+    """

@@ -1,4 +1,4 @@
-"""What a Model can be asked with points: the part of Model that needs its store alone."""
+"""What a Model can be measured by: the part of Model that needs its store alone."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from ._core import PointIndex, Store, sample_edges, sample_faces
 
 if TYPE_CHECKING:
     from .distances import Distances, EdgeSamples, Samples
+    from .mass_properties import MassProperties
 
 
 class Measured:
-    """Distances from points to a model, and points on it."""
+    """Distances from points to a model, points on it, and its mass properties."""
 
     _core: Store
 
@@ -51,3 +52,13 @@ class Measured:
 
         check_count(count, seed)
         return EdgeSamples(*sample_edges(self._core, int(count), int(seed), threads))
+
+    def mass_properties(self, threads: int = 0) -> MassProperties:
+        """Area, volume, centroid and inertia of the exact surfaces, each with what it may be off by.
+
+        threads: 0 for all cores; the result is the same, bit for bit, for any number.
+        Faces that cannot be drawn are named, and count nothing.
+        """
+        from .mass_properties import mass_properties
+
+        return mass_properties(self._core, threads)

@@ -28,6 +28,7 @@ CORE_RULES: dict[str, tuple[str, ...]] = {
         "raster/seed_buffers.h",
     ),
     "distance": ("core/base/", "core/nurbs/", "core/trace/", "core/distance/"),
+    "mass": ("core/base/", "core/nurbs/", "core/mass/"),
     "reference": ("core/base/", "core/nurbs/store.h", "core/trace/ray.h", "core/reference/"),
     "bind": ("core/", "raster/rasterizer.h", "raster/seed_buffers.h"),
 }

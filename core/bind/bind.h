@@ -29,6 +29,7 @@ void bind_tess(nb::module_& m);
 void bind_mesh_levels(nb::module_& m);
 void bind_raster(nb::module_& m);
 void bind_distance(nb::module_& m);
+void bind_mass(nb::module_& m);
 
 template <typename T>
 using In1 = nb::ndarray<const T, nb::shape<-1>, nb::c_contig, nb::device::cpu>;

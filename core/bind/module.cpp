@@ -23,4 +23,5 @@ NB_MODULE(_core, m) {
   trimray::bind::bind_mesh_check(m);
   trimray::bind::bind_mesh_measure(m);
   trimray::bind::bind_distance(m);
+  trimray::bind::bind_mass(m);
 }

@@ -29,6 +29,7 @@ def test_exported_names() -> None:
         "Issue",
         "Layer",
         "LimitError",
+        "MassProperties",
         "MemoryLimitError",
         "MeshCheck",
         "MeshIssue",
