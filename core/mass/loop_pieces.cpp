@@ -12,6 +12,9 @@ namespace {
 
 using nurbs::NurbsStore;
 
+// Of a loop, when it is asked where it lies.
+constexpr std::size_t kVoters = 9;
+
 std::span<const dvec3> controls(const NurbsStore& store, std::int32_t piece) {
   const nurbs::Range r = store.trim_pieces[piece].ctrl;
   return {store.trim_ctrl_h.data() + r.begin, static_cast<std::size_t>(r.size())};
@@ -24,6 +27,15 @@ void for_each_piece(const NurbsStore& store, std::int32_t loop, const Curve& cur
   for (std::int32_t c = coedges.begin; c < coedges.end; ++c)
     for (std::int32_t p = store.coedges[c].pieces.begin; p < store.coedges[c].pieces.end; ++p)
       curve(controls(store, p));
+}
+
+// A loop that crosses the seam of a periodic surface has copies one period away, for those who look into the
+// uv box alone. They run along no edge, and are no part of the region.
+bool is_copy(const NurbsStore& store, std::int32_t loop) {
+  const nurbs::Range coedges = store.loops[loop].coedges;
+  for (std::int32_t c = coedges.begin; c < coedges.end; ++c)
+    if (!store.edges[store.coedges[c].edge].degenerate) return false;
+  return true;
 }
 
 double coordinate(std::span<const dvec3> ctrl_h, double t, int axis) {
@@ -191,10 +203,12 @@ bool is_passed(const LoopPieces& loops, const LoopPiece& p, dvec2 q) {
 
 Box2 loops_box(const NurbsStore& store, const nurbs::Face& face) {
   Box2 box;
-  for (std::int32_t l = face.loops.begin; l < face.loops.end; ++l)
+  for (std::int32_t l = face.loops.begin; l < face.loops.end; ++l) {
+    if (is_copy(store, l)) continue;
     for_each_piece(store, l, [&](std::span<const dvec3> ctrl_h) {
       for (const dvec3& h : ctrl_h) box.add(nurbs::project(h));
     });
+  }
   return box.empty() ? face.uv_box : box;
 }
 
@@ -202,13 +216,14 @@ LoopPieces cut_loops(const NurbsStore& store, const nurbs::Face& face, const Smo
   LoopPieces out;
   Cutter cutter(cells, out);
   for (std::int32_t l = face.loops.begin; l < face.loops.end; ++l) {
+    if (is_copy(store, l)) continue;
     cutter.begin_loop();
     for_each_piece(store, l, [&](std::span<const dvec3> ctrl_h) {
       if (ctrl_h.size() > 1) cutter.curve(ctrl_h);
     });
     cutter.end_loop();
   }
-  if (face.loops.size() > 0) return out;
+  if (out.loops > 0) return out;
   const dvec2 low = face.uv_box.lower, high = face.uv_box.upper;
   const dvec3 corner[] = {{low, 1.0}, {high.x, low.y, 1.0}, {high, 1.0}, {low.x, high.y, 1.0}, {low, 1.0}};
   for (int i = 0; i < 4; ++i) cutter.curve(std::span(corner + i, 2));
@@ -217,26 +232,36 @@ LoopPieces cut_loops(const NurbsStore& store, const nurbs::Face& face, const Smo
 }
 
 std::vector<double> loop_signs(const LoopPieces& loops) {
-  std::vector<double> area(loops.loops, 0.0), sign(loops.loops);
+  std::vector<double> area(loops.loops, 0.0), sign(loops.loops, 1.0);
   // From a point near the loop, lest far loops lose their sign.
-  std::vector<double> origin(loops.loops, kNaN);
+  std::vector<std::vector<const LoopPiece*>> own(loops.loops);
   for (const LoopPiece& p : loops.pieces) {
-    if (std::isnan(origin[p.loop])) origin[p.loop] = p.from.x;
-    area[p.loop] += area_beside(loops, p) - origin[p.loop] * (p.to.y - p.from.y);
+    own[p.loop].push_back(&p);
+    area[p.loop] += area_beside(loops, p) - own[p.loop].front()->from.x * (p.to.y - p.from.y);
+  }
+  // The usual case: all others run against the largest one, as holes do.
+  int outer = 0, against = 0;
+  for (int l = 1; l < loops.loops; ++l)
+    if (std::abs(area[l]) > std::abs(area[outer])) outer = l;
+  for (const double a : area) against += (a < 0.0) != (area[outer] < 0.0);
+  if (against == loops.loops - 1) {
+    if (loops.loops > 0 && area[outer] < 0.0) std::fill(sign.begin(), sign.end(), -1.0);
+    return sign;
   }
   for (int l = 0; l < loops.loops; ++l) {
-    // The loop's own point: off the others by as much as any.
-    const auto own = std::find_if(loops.pieces.begin(), loops.pieces.end(),
-                                  [&](const LoopPiece& p) { return p.loop == l; });
-    bool within = false;
-    if (own != loops.pieces.end() && loops.loops > 1) {
-      const dvec2 q = own->degree == 1
-                          ? 0.5 * (own->from + own->to)
-                          : dvec2(nurbs::project(nurbs::evaluate_bezier(controls(loops, *own), 0.5)));
+    // Loops may touch, so that one point says little: many have a vote.
+    int votes = 0;
+    const std::size_t step = std::max<std::size_t>(1, own[l].size() / kVoters);
+    for (std::size_t k = 0; k < own[l].size(); k += step) {
+      const LoopPiece& voter = *own[l][k];
+      const dvec2 q = voter.degree == 1 ? 0.5 * (voter.from + voter.to)
+                                        : nurbs::project(nurbs::evaluate_bezier(controls(loops, voter), 0.5));
+      bool within = false;
       for (const LoopPiece& p : loops.pieces)
         if (p.loop != l) within ^= is_passed(loops, p, q);
+      votes += within ? 1 : -1;
     }
-    sign[l] = (area[l] < 0.0) == within ? 1.0 : -1.0;
+    sign[l] = (area[l] < 0.0) == (votes > 0) ? 1.0 : -1.0;
   }
   return sign;
 }

@@ -28,8 +28,8 @@ Box2 loops_box(const nurbs::NurbsStore& store, const nurbs::Face& face);
 
 LoopPieces cut_loops(const nurbs::NurbsStore& store, const nurbs::Face& face, const SmoothCells& cells);
 
-// By loop: 1 or -1, so that regions times signs, added up, count every point inside by the even-odd rule.
-// For loops that meet neither themselves nor each other.
+// By loop: 1 or -1, so that the signed regions times these, added up, count every point inside once: as the
+// loops run where one runs against all the others, else by the even-odd rule for loops that do not cross.
 std::vector<double> loop_signs(const LoopPieces& loops);
 
 }  // namespace trimray::mass

@@ -34,8 +34,8 @@ struct Strips {
   std::vector<dvec3> ctrl_h;  // (w u, w v, w)
 };
 
-// A face without loops is its uv box. Loops count by the nesting of one in the other, whichever way they run;
-// straight links close them as in core/nurbs/trim_segment.h.
+// A face without loops is its uv box. Loops that do not run as outer loops and holes should count by the
+// nesting of one in the other. Straight links close them as in core/nurbs/trim_segment.h.
 Strips cut_strips(const nurbs::NurbsStore& store, std::int32_t face);
 
 }  // namespace trimray::mass

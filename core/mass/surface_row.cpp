@@ -17,6 +17,17 @@ void cut_angle(double lower, double upper, std::vector<double>& lines) {
   for (int i = 1; i < parts; ++i) lines.push_back(lower + (upper - lower) * i / parts);
 }
 
+// Lines of a periodic direction beyond the domain, and those where one turn ends and the next begins.
+void repeat(const Box2& domain, dvec2 low, dvec2 high, int axis, double period, std::vector<double>& lines) {
+  if (period <= 0.0 || (low[axis] >= domain.lower[axis] && high[axis] <= domain.upper[axis])) return;
+  std::vector<double> turn = std::move(lines);
+  turn.push_back(domain.center()[axis] + 0.5 * period);
+  lines.clear();
+  for (const double x : turn)
+    for (double at = x + period * std::ceil((low[axis] - x) / period); at < high[axis]; at += period)
+      lines.push_back(at);
+}
+
 void tidy(double lower, double upper, std::vector<double>& lines) {
   std::erase_if(lines, [&](double x) { return !(x > lower && x < upper); });
   std::sort(lines.begin(), lines.end());
@@ -63,6 +74,8 @@ SmoothCells smooth_cells(const nurbs::NurbsStore& store, const nurbs::Surface& s
     cells.v = nurbs::distinct_knots(view.knots_v, surface.degree_v);
     // The outer spans continue.
     for (auto* lines : {&cells.u, &cells.v}) lines->pop_back(), lines->erase(lines->begin());
+    repeat(surface.domain, low, high, 0, surface.period_u, cells.u);
+    repeat(surface.domain, low, high, 1, surface.period_v, cells.v);
   }
   tidy(low.x, high.x, cells.u), tidy(low.y, high.y, cells.v);
   return cells;
@@ -76,6 +89,14 @@ SurfacePatches::SurfacePatches(const nurbs::NurbsStore& store, const nurbs::Surf
 
 SurfaceRow::SurfaceRow(const SurfacePatches& surface, dvec2 inside) : surface_(surface) {
   if (surface.direct_) return;
+  const nurbs::Surface& f = *surface.view_.surface;
+  const dvec2 middle = f.domain.center();
+  const auto turn = [&](int axis, double period) {
+    const bool beyond = inside[axis] < f.domain.lower[axis] || inside[axis] > f.domain.upper[axis];
+    return beyond ? nurbs::wrap_near(inside[axis], middle[axis], period) - inside[axis] : 0.0;
+  };
+  turn_ = {turn(0, f.period_u), turn(1, f.period_v)};
+  inside += turn_;
   const nurbs::BezierPatches& p = surface.patches_;
   int i = 0, j = 0;
   while (i + 1 < p.spans_u && inside.x >= p.uv_face[static_cast<std::size_t>(i) * p.spans_v].upper.x) ++i;
@@ -89,7 +110,7 @@ void SurfaceRow::set_v(double v) {
   if (surface_.direct_) return;
   const nurbs::BezierPatches& p = surface_.patches_;
   const double a = box_.lower.y, b = box_.upper.y;
-  const nurbs::MappedParameter at = nurbs::map_parameter(surface_.view_.surface->map_v, a, b, v);
+  const nurbs::MappedParameter at = nurbs::map_parameter(surface_.view_.surface->map_v, a, b, v + turn_.y);
   double value[nurbs::kMaxDegree + 1], slope[nurbs::kMaxDegree + 1];
   bernstein(p.degree_v, (at.s - a) / (b - a), value, slope);
   const double stretch = at.ds / (b - a);
@@ -105,7 +126,7 @@ nurbs::SurfacePoint SurfaceRow::at(double u) const {
   if (surface_.direct_) return nurbs::evaluate(surface_.view_, {u, v_});
   const int degree = surface_.patches_.degree_u;
   const double a = box_.lower.x, b = box_.upper.x;
-  const nurbs::MappedParameter at = nurbs::map_parameter(surface_.view_.surface->map_u, a, b, u);
+  const nurbs::MappedParameter at = nurbs::map_parameter(surface_.view_.surface->map_u, a, b, u + turn_.x);
   double value[nurbs::kMaxDegree + 1], slope[nurbs::kMaxDegree + 1];
   bernstein(degree, (at.s - a) / (b - a), value, slope);
   dvec4 h(0.0), hu(0.0), hv(0.0);

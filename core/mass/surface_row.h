@@ -29,8 +29,8 @@ class SurfacePatches {
   nurbs::BezierPatches patches_;
 };
 
-// The points with one v in the patch around `inside`, a point in uv_face. The patch continues beyond its own
-// borders.
+// The points with one v in the patch around `inside`, a point in uv_face, whichever turn of a periodic
+// surface it lies in. The patch continues beyond its own borders.
 class SurfaceRow {
  public:
   SurfaceRow(const SurfacePatches& surface, dvec2 inside);
@@ -41,6 +41,7 @@ class SurfaceRow {
   const SurfacePatches& surface_;
   Box2 box_;                     // of the patch
   const dvec4* ctrl_ = nullptr;  // of the patch
+  dvec2 turn_{0.0};              // from uv_face to the patch, whole periods
   double v_ = 0.0;
   dvec4 row_[nurbs::kMaxDegree + 1];     // control points of the curve v = v_ ...
   dvec4 across_[nurbs::kMaxDegree + 1];  // ... and of its derivative by v
