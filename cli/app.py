@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import importlib
 from typing import Any
 
 import click
@@ -107,9 +107,11 @@ def app() -> None:
     """
 
 
-def _command(name: str, run: Callable[..., int], about: str, metavar: str = "IN...") -> None:
-    """metavar: of the inputs; without them only the command itself knows whether that is wrong, where they
-    are optional."""
+def _command(name: str, about: str, metavar: str = "IN...", *, given: bool = False) -> None:
+    """Runs ``run`` of the module of that name, which is imported when it is wanted.
+
+    metavar: of the inputs; without them only the command itself knows whether that is wrong, where they
+    are optional. given: it wants to know which options stand on the command line."""
     parameters: list[click.Parameter] = [click.Argument(["inputs"], nargs=-1, metavar=metavar)]
     parameters += [_parameter(option, name) for option in options_of(name)]
 
@@ -122,159 +124,81 @@ def _command(name: str, run: Callable[..., int], about: str, metavar: str = "IN.
             return 0
         if not values["inputs"] and not metavar.startswith("["):
             raise click.UsageError("missing input: give a file, or - for stdin", context)
-        return run(**values)
+        if given:
+            values["given"] = _given(context, values)
+        code: int = importlib.import_module(f".{name}", __package__).run(**values)
+        return code
 
     app.add_command(
         _Command(name, params=parameters, callback=callback, help=about, context_settings=_CONTEXT)
     )
 
 
-def _render(**values: Any) -> int:
-    from .render import run
-
-    return run(**values)
-
-
-def _turntable(**values: Any) -> int:
-    from .turntable import run
-
-    return run(**values)
-
-
-def _mesh(**values: Any) -> int:
-    from .mesh import run
-
-    return run(**values)
-
-
-def _info(**values: Any) -> int:
-    from .info import run
-
-    return run(**values)
-
-
-def _bench(**values: Any) -> int:
-    from .bench import run
-
-    return run(**values)
-
-
-def _check(**values: Any) -> int:
-    from .check import run
-
-    return run(**values)
-
-
-def _roundtrip(**values: Any) -> int:
-    from .roundtrip import run
-
-    return run(**values)
-
-
-def _compare(**values: Any) -> int:
-    from .compare import run
-
-    return run(**values)
-
-
-def _batch(**values: Any) -> int:
-    from .batch import run
-
-    return run(given=_given(values), **values)
-
-
-def _thumbnailer(**values: Any) -> int:
-    from .thumbnailer import run
-
-    return run(given=_given(values), **values)
-
-
-def _given(values: dict[str, Any]) -> set[str]:
+def _given(context: click.Context, values: dict[str, Any]) -> set[str]:
     """Names of those that stand on the command line."""
-    context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in values}
     return {name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"}
 
 
 _command(
     "render",
-    _render,
     "Draw IN (STEP, IGES, BREP, STL, OBJ, PLY, OFF, also compressed; - for stdin) to OUT: several of them as "
     "one scene, or each by itself into a folder.\n\n"
     "Faces that cannot be drawn are named on stderr.",
 )
 _command(
     "turntable",
-    _turntable,
     "Draw one full turn of IN to OUT: an animated WebP or GIF, or numbered pictures (frames/%04d.png), all "
     "of one framing.",
 )
 _command(
     "mesh",
-    _mesh,
     "Write a watertight mesh of IN to OUT (STL, PLY, OBJ, OFF, GLB), no farther from the exact surfaces than "
     "--deviation: several IN as one mesh, or each by itself into a folder.\n\n"
     "Faces that cannot be meshed are named on stderr.",
 )
 _command(
     "info",
-    _info,
     "Say what is in each IN: faces by kind, parts, unit, bounds, colours, what cannot be drawn.",
 )
-
-
 _command(
     "bench",
-    _bench,
     "Say what each IN costs to draw: surfaces, triangles, boxes, intersections and frames per second of the "
     "standard and the hybrid tracer.",
 )
-
-
 _command(
     "check",
-    _check,
     "Hold each IN against itself: what the file declares (entities, volumes, areas, centroids) against what "
     "arrived, faces that OpenCascade finds wrong, open and loose edges, gaps. Exit code 7 where something is "
     "wrong.",
 )
-
-
 _command(
     "roundtrip",
-    _roundtrip,
     "Write each IN, read the written bytes back, and compare both: structure, topology, mass, geometry and "
     "pictures; then once more. Exit code 7 where something differs.",
 )
-
-
 _command(
     "compare",
-    _compare,
     "Compare two models: structure, topology, mass, geometry and pictures. Exit code 7 where they differ.",
     "A B",
 )
-
-
 _command(
     "batch",
-    _batch,
     "Draw every model in the files and folders PATH to a picture of its own in DIR, each in isolation, so "
     "that one that crashes, hangs or wants too much memory costs that one alone. Pictures of unchanged files "
     "stay.\n\n"
     "trimray batch merge DIR joins what the shards of a run (--shard) know. A folder named so is ./merge.",
     "[PATH...]",
+    given=True,
 )
-
-
 _command(
     "thumbnailer",
-    _thumbnailer,
     "install and uninstall register trimray-thumbnailer and the types of models with file managers, or take "
     "that back (--user, --system, --dry-run).\n\n"
     "cache DIR... makes the thumbnails of all models in folders ahead (--size, -j, --time-limit, "
     "--memory-limit), in the cache that file managers share.",
     "install|uninstall|cache DIR...",
+    given=True,
 )
 
 

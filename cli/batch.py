@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from trimray import UsageError
 
-from .batch_progress import BatchProgress, shown_path
+from .batch_progress import BatchProgress
 from .files import check_target
-from .output import say, write_stdout
+from .output import say, shown_path, write_stdout
 
 if TYPE_CHECKING:
     from trimray.batch import Settings, Summary

@@ -4,38 +4,18 @@ complete."""
 from __future__ import annotations
 
 import json
-import os
 import sys
 import time
 from typing import TYPE_CHECKING, Any
 
 from trimray.batch import Listener
 
-from .output import colored, say
+from .output import colored, printable, say, shown_path
 
 if TYPE_CHECKING:
     from trimray.batch import Outcome
 
 _EVERY_SECONDS = 1.0
-
-
-def shown_path(path: str) -> str:
-    """For a message: relative to the working folder where it lies in there, on one line, without what a
-    terminal would obey or could not print."""
-    try:
-        here = os.getcwd()
-    except OSError:
-        here = ""
-    if here and path.startswith(here.rstrip("/") + "/"):
-        path = path[len(here.rstrip("/")) + 1 :]
-    return printable(path)
-
-
-def printable(text: str) -> str:
-    """Line ends, control characters and bytes that are no text as escapes."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class BatchProgress(Listener):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .jobs import each_input, exit_code, read, tell_damage, tell_problems
-from .output import write_stdout
+from .output import json_text, write_stdout
 from .progress import Sink
 
 if TYPE_CHECKING:
@@ -41,8 +40,7 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
         tell_problems(done.name, model.report.reasons(), "trimray info --json")
         codes.append(0 if tell_damage(done.name, model.report) and model.report.complete else 1)
     if options["json"]:
-        data = facts[0] if len(inputs) == 1 else facts
-        write_stdout(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+        write_stdout(json_text(facts[0] if len(inputs) == 1 else facts))
     elif measured := [f for f in facts if "error" not in f]:
         write_stdout(as_text(measured))
     return exit_code(codes)

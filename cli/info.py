@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from typing import Any
 
@@ -10,7 +9,7 @@ from trimray import EmptyError, Model
 from trimray.faces import Color
 
 from .jobs import each_input, exit_code, read, tell_damage, tell_problems
-from .output import write_stdout
+from .output import json_text, write_stdout
 from .progress import Sink
 
 
@@ -35,8 +34,7 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
             tell_problems(name, model.report.reasons(), "--json")
         codes.append(0 if tell_damage(name, model.report) and model.report.complete else 1)
     if options["json"]:
-        data = facts[0] if len(inputs) == 1 else facts
-        write_stdout(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+        write_stdout(json_text(facts[0] if len(inputs) == 1 else facts))
     return exit_code(codes)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -10,11 +9,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from trimray import Error, UsageError, load
+from trimray import Error, TimeLimitError, UsageError, load
 
 from .files import Job, name_of
 from .limit import Limited, within
-from .output import say, write_stdout
+from .output import json_text, say, write_stdout
 from .progress import Sink, progress_of
 
 if TYPE_CHECKING:
@@ -182,6 +181,15 @@ def drawing_words(options: dict[str, Any]) -> dict[str, Any]:
     return {name: options[name] for name in names.split()} | {"threads": options["jobs"]}
 
 
+def time_left(name: str, limit: float | None, start: float) -> float | None:
+    """Seconds of the limit, None for none. start: of the work, on the clock of perf_counter. Raises
+    TimeLimitError."""
+    left = None if limit is None else limit - (time.perf_counter() - start)
+    if left is not None and left <= 0:
+        raise TimeLimitError(f"{name}: not done within {limit:g} s")
+    return left
+
+
 def write(target: str, data: bytes) -> None:
     """To a file, whole or not at all, or to stdout for "-". Raises OutputError."""
     if target == "-":
@@ -238,5 +246,5 @@ def tell_problems(name: str, reasons: list[str], option: str) -> None:
 def _write_report(path: str, results: list[dict[str, Any]]) -> None:
     from trimray import __version__
 
-    data = json.dumps({"trimray": __version__, "results": results}, indent=2, ensure_ascii=False) + "\n"
-    write(path, data.encode("utf-8", "surrogateescape"))
+    text = json_text({"trimray": __version__, "results": results})
+    write(path, text.encode("utf-8", "surrogateescape"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sys
 from typing import TextIO
@@ -27,6 +28,30 @@ def say(text: str, *, error: bool = False) -> None:
         head = f"\x1b[1;{'31' if error else '33'}m{head}\x1b[0m"
     with contextlib.suppress(OSError):
         print(f"{head} {line}", file=sys.stderr, flush=True)
+
+
+def shown_path(path: str) -> str:
+    """For a message: relative to the working folder where it lies in there, on one line, without what a
+    terminal would obey or could not print."""
+    try:
+        here = os.getcwd()
+    except OSError:
+        here = ""
+    if here and path.startswith(here.rstrip("/") + "/"):
+        path = path[len(here.rstrip("/")) + 1 :]
+    return printable(path)
+
+
+def printable(text: str) -> str:
+    """Line ends, control characters and bytes that are no text as escapes."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def json_text(data: object) -> str:
+    """Indented, and with letters as they are."""
+    return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
 
 
 def write_stdout(data: bytes | str) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
-from trimray import TimeLimitError
 from trimray.formats import check_fit
 from trimray.views import parse_aovs, parse_background
 
 from .files import Job, plan
-from .jobs import drawing_words, run_jobs, write
+from .jobs import drawing_words, run_jobs, time_left, write
 from .progress import Sink
 
 if TYPE_CHECKING:
@@ -39,10 +37,7 @@ def _draw(
     from trimray.image_io import encode, preload
 
     preload()
-    limit: float | None = options["time_limit"]
-    left = None if limit is None else limit - (time.perf_counter() - start)
-    if left is not None and left <= 0:
-        raise TimeLimitError(f"{job.name}: not done within {limit:g} s")
+    left = time_left(job.name, options["time_limit"], start)
     frame = model.render(
         options["size"],
         view=options["view"],

@@ -6,8 +6,8 @@ from typing import Any
 
 from trimray import UsageError
 
-from .batch_progress import BatchProgress, printable
-from .output import say, write_stdout
+from .batch_progress import BatchProgress
+from .output import printable, say, write_stdout
 
 # What of the options each action takes, beside -q and -v.
 _INSTALLING = ("system", "dry_run")

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from trimray import TimeLimitError
 from trimray.formats import check_sequence, numbered
 from trimray.views import parse_aovs, parse_background
 
 from .files import SEQUENCE, Job, plan
-from .jobs import drawing_words, run_jobs, write
+from .jobs import drawing_words, run_jobs, time_left, write
 from .progress import Sink
 
 if TYPE_CHECKING:
@@ -47,10 +45,7 @@ def _frames(
     model: Model, job: Job, aovs: tuple[str, ...], options: dict[str, Any], progress: Sink, start: float
 ) -> Iterator[Frame]:
     """start: of the input's work, on the clock of perf_counter."""
-    limit: float | None = options["time_limit"]
-    left = None if limit is None else limit - (time.perf_counter() - start)
-    if left is not None and left <= 0:
-        raise TimeLimitError(f"{job.name}: not done within {limit:g} s")
+    left = time_left(job.name, options["time_limit"], start)
     return model.turntable(
         options["frames"],
         options["size"],

@@ -102,21 +102,22 @@ def mm(text: str) -> object:
 
 
 def repeat(text: str) -> object:
-    if not text.strip().isdigit() or int(text) < 1:
-        raise usage(f"'{text}' is not a number of pictures")
-    return int(text)
+    return count(text, "a number of pictures", least=1)
 
 
 def jobs(text: str) -> object:
-    if not text.strip().isdigit():
-        raise usage(f"'{text}' is not a number of threads")
-    return int(text)
+    return count(text, "a number of threads")
 
 
 def workers(text: str) -> object:
-    if not (text.strip().isascii() and text.strip().isdigit()):
-        raise usage(f"'{text}' is not a number of processes")
-    return int(text)
+    return count(text, "a number of processes")
+
+
+def count(text: str, what: str, least: int = 0) -> int:
+    body = text.strip()
+    if not (body.isascii() and body.isdigit()) or int(body) < least:
+        raise usage(f"'{text}' is not {what}")
+    return int(body)
 
 
 def mesh_format(text: str) -> object:
