@@ -1,9 +1,9 @@
-"""A headless browser with a gallery to open in it; a small library with a stand-in for the pool."""
+"""A gallery to open in a browser; a small library with a stand-in for the pool."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,42 +13,14 @@ from trimray.batch import Summary, run
 from trimray.batch.gallery import write_gallery
 from trimray.batch.record import Settings
 
-from .gallery_reader import CHROMIUM, Reader, library
+from .gallery_reader import GalleryReader, library
 from .run_stand_in import Drawer
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    playwright = pytest.importorskip("playwright.sync_api", reason="no playwright")
-    if not os.access(CHROMIUM, os.X_OK):
-        pytest.skip(f"no {CHROMIUM}")
-    with playwright.sync_playwright() as started:
-        root = ["--no-sandbox"] if os.geteuid() == 0 else []
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=[*root, "--disable-gpu"])
-        yield browser
-        browser.close()
-
-
 @pytest.fixture
-def open_page(browser: Any) -> Iterator[Any]:
-    """open_page(path, hash="", **options of the context): a Reader, on whose page nothing may go wrong."""
-    readers: list[Reader] = []
-    contexts = []
-
-    def call(path: str, hash: str = "", **options: Any) -> Reader:
-        context = browser.new_context(**{"viewport": {"width": 1200, "height": 800}, **options})
-        contexts.append(context)
-        readers.append(
-            Reader(context.new_page(), (path if path.startswith("http:") else Path(path).as_uri()) + hash)
-        )
-        return readers[-1]
-
-    yield call
-    for context in contexts:
-        context.close()
-    for reader in readers:
-        assert reader.errors == []
-        assert [url for url in reader.requests if not url.startswith(("file://", "data:"))] == []
+def open_page(open_page: Callable[..., Any]) -> Callable[..., Any]:
+    """As that of all tests, with a GalleryReader."""
+    return partial(open_page, reader=GalleryReader)
 
 
 @pytest.fixture(scope="module")

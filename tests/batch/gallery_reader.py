@@ -1,20 +1,16 @@
-"""What the tests of the gallery share: files with pictures, and a page as its reader sees it."""
+"""What the tests of the gallery share: files with pictures, and the page as its reader sees it."""
 
 from __future__ import annotations
 
-import io
-import re
 import struct
 import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
+from tests.pages import Reader
 from trimray.batch.record import Outcome, Status
-
-CHROMIUM = "/usr/bin/chromium"
 
 
 def png(color: tuple[int, int, int], size: int = 64) -> bytes:
@@ -29,11 +25,6 @@ def png(color: tuple[int, int, int], size: int = 64) -> bytes:
     head = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
     data = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
     return b"\x89PNG\r\n\x1a\n" + data
-
-
-def pixels_of(data: bytes) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    """Of a PNG, (height, width, 3)."""
-    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
 
 def make(
@@ -80,21 +71,8 @@ WIDTHS = (
 )
 
 
-class Reader:
-    """A page with what was asked of the outside and what went wrong."""
-
-    def __init__(self, page: Any, url: str) -> None:
-        self.page = page
-        self.url = url
-        self.errors: list[str] = []
-        self.requests: list[str] = []
-        page.on(
-            "console", lambda message: self.errors.append(message.text) if message.type != "log" else None
-        )
-        page.on("pageerror", lambda error: self.errors.append(str(error)))
-        page.on("request", lambda request: self.requests.append(request.url))
-        page.set_default_timeout(60_000)
-        page.goto(url)
+class GalleryReader(Reader):
+    """A gallery."""
 
     @property
     def names(self) -> list[str]:
@@ -109,15 +87,5 @@ class Reader:
     def open(self) -> bool:
         return bool(self.page.locator("#detail").evaluate("dialog => dialog.open"))
 
-    def hash(self, holding: str) -> str:
-        """The address's state, once it holds the text: it is written with a delay."""
-        self.page.wait_for_function("text => location.hash.includes(text)", arg=holding)
-        return str(self.page.evaluate("location.hash"))
-
     def active(self) -> str:
         return str(self.page.locator(".tile.active .name").text_content())
-
-
-def luminance(reader: Reader, selector: str, property: str) -> float:
-    color = reader.page.locator(selector).first.evaluate("(e, p) => getComputedStyle(e)[p]", property)
-    return sum(float(x) for x in re.findall(r"[\d.]+", color)[:3]) / 765

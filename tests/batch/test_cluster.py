@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from tests.processes import runs, until
 from trimray import Error, UsageError
 from trimray.batch import cluster
 from trimray.batch.chunks import DEATHS
@@ -77,14 +77,6 @@ class Cluster:
         for process in self._processes:
             process.kill()  # a nanny's worker ends as soon as it sees that
             process.wait()
-
-
-def until(holds: Callable[[], bool], seconds: float = 60.0) -> None:
-    """Waits for it; fails when it takes far too long."""
-    end = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < end, "it did not come true"
-        time.sleep(0.05)
 
 
 @pytest.fixture(scope="module")
@@ -219,7 +211,7 @@ def test_closing_ends_everything_on_the_workers(dask: Cluster, library: Callable
     until(lambda: len(_drawing(pids)) >= 2)
     started = _drawing(pids)
     outcomes.close()  # type: ignore[attr-defined]
-    until(lambda: not any(_alive(pid) for pid in started))
+    until(lambda: not any(runs(pid) for pid in started))
     assert dask.worker_pids() == pids  # Dask's own processes are left alone
 
 
@@ -233,13 +225,6 @@ def _drawing(workers: list[int]) -> list[int]:
     while more := {pid for pid, parent in parents.items() if parent in found} - found:
         found |= more
     return sorted(found - set(workers))
-
-
-def _alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def test_another_version_on_the_workers_is_one_line(

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.pages import luminance, pixels_of
 from trimray.batch.gallery import write_gallery
 from trimray.batch.record import Outcome, Settings, Status
 
-from .gallery_reader import WIDTHS, luminance, make, pixels_of
+from .gallery_reader import WIDTHS, make
 
 HOSTILE = [
     "<img src=x onerror=window.hacked=1>.step",

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from tests.pages import luminance
 from trimray.batch.record import STATUSES
-
-from .gallery_reader import luminance
 
 
 def test_all_files_are_shown_by_name(open_page: Any, gallery: str) -> None:

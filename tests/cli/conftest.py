@@ -51,6 +51,10 @@ def process(*arguments: object, input: bytes = b"", **environment: str) -> Resul
     return Result(done.returncode, done.stdout, done.stderr.decode())
 
 
+def one_line(err: str) -> bool:
+    return err.startswith("trimray: ") and err.count("\n") == 1
+
+
 @pytest.fixture(scope="session")
 def box_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("models") / "box.step"

@@ -13,13 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Result, Run
+from .conftest import Result, Run, one_line
 
 SMALL = ("--size", "24", "--time-limit", "20")
-
-
-def one_line(err: str) -> bool:
-    return err.startswith("trimray: ") and err.count("\n") == 1
 
 
 def replaced(pattern: str, by: str, count: int = 0) -> Callable[[str], str]:

@@ -11,11 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Run, process
-
-
-def one_line(err: str) -> bool:
-    return err.startswith("trimray: ") and err.count("\n") == 1
+from .conftest import Run, one_line, process
 
 
 @pytest.mark.parametrize(

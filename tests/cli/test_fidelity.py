@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import stat
-import time
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
@@ -14,6 +12,7 @@ import cadquery as cq
 import pytest
 
 from tests.fidelity.validate import violations
+from tests.processes import runs, until
 from trimray.fidelity.report_json import schema
 
 from .conftest import Run
@@ -165,18 +164,7 @@ def test_a_writer_that_hangs_ends_with_all_it_has_started(run: Run, box_file: Pa
     run("info", box_file)  # so that reading it takes none of the time
     result = run("roundtrip", box_file, *words, *FAST)
     assert result.code == 5 and ": not written within 20 s" in result.out.decode()
-    end = time.monotonic() + 30
-    while _alive(int(number.read_text())) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not _alive(int(number.read_text()))
-
-
-def _alive(number: int) -> bool:
-    try:
-        os.kill(number, 0)
-    except ProcessLookupError:
-        return False
-    return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    until(lambda: not runs(int(number.read_text())))
 
 
 def test_quiet_is_quiet_about_what_is_complete(run: Run, box_file: Path, moved_file: Path) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.processes import runs, until
 from trimray import UsageError
 from trimray.desktop.thumbnail import parse
 
@@ -187,14 +188,7 @@ def test_the_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
             assert running.poll() is None
             time.sleep(0.01)
         running.kill()
-    status = Path(f"/proc/{written[0]}/stat")
-    for _ in range(6000):
-        # Nobody may be there to take it off the table of processes.
-        if not status.exists() or status.read_text().rpartition(")")[2].split()[0] == "Z":
-            break
-        time.sleep(0.01)
-    else:
-        raise AssertionError("it runs on")
+    until(lambda: not runs(int(written[0])))
 
 
 def test_an_output_that_cannot_be_written(

@@ -10,18 +10,17 @@ import pytest
 
 import trimray
 from trimray.fidelity import Comparison, compare
+from trimray.importer import BrepModel
 
 
 @pytest.fixture
-def load_here(tmp_path: Path) -> Callable[[Path], trimray.Model]:
+def load_here(read_here: Callable[..., BrepModel]) -> Callable[[Path], trimray.Model]:
     """Reads a file in this process, without the second that a child takes to start."""
     from trimray.hierarchy import Hierarchy
-    from trimray.importer.read_file import read_file
     from trimray.loading import _store
 
     def load(path: Path) -> trimray.Model:
-        read = read_file(str(path), name=str(path), folder=str(tmp_path))
-        return trimray.Model(Hierarchy(_store(read)), seconds={}, source=path.name)
+        return trimray.Model(Hierarchy(_store(read_here(path))), seconds={}, source=path.name)
 
     return load
 

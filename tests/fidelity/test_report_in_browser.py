@@ -5,29 +5,18 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.batch.gallery_reader import CHROMIUM, Reader, luminance
+from tests.pages import Reader, luminance, pixels_of
 from trimray.fidelity.findings import not_comparable
 from trimray.fidelity.report_html import to_html
 from trimray.fidelity.result import Result
 
 from .reports import VOLUME, comparison, results
-
-pytestmark = pytest.mark.skipif(not Path(CHROMIUM).exists(), reason=f"no {CHROMIUM}")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM)
-        yield launched
-        launched.close()
 
 
 @pytest.fixture(scope="module")
@@ -38,23 +27,13 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def open_report(browser: Any, page_file: Path) -> Iterator[Any]:
-    """open_report(hash, scheme): a Reader. In the end nothing went wrong, nor was asked of the outside."""
-    readers: list[Reader] = []
-    contexts: list[Any] = []
+def open_report(open_page: Callable[..., Any], page_file: Path) -> Callable[..., Any]:
+    """open_report(hash, scheme): a Reader."""
 
-    def call(hash: str = "", scheme: str = "light", path: Path = page_file, width: int = 1100) -> Reader:
-        context = browser.new_context(color_scheme=scheme, viewport={"width": width, "height": 800})
-        contexts.append(context)
-        readers.append(Reader(context.new_page(), path.as_uri() + hash))
-        return readers[-1]
+    def call(hash: str = "", scheme: str = "light", path: Path = page_file, width: int = 1100) -> Any:
+        return open_page(str(path), hash, color_scheme=scheme, viewport={"width": width, "height": 800})
 
-    yield call
-    for reader in readers:
-        assert reader.errors == []
-        assert [url for url in reader.requests if not url.startswith(("file://", "data:"))] == []
-    for context in contexts:
-        context.close()
+    return call
 
 
 def pressed(reader: Reader) -> list[str]:
@@ -156,8 +135,6 @@ def test_the_slider_shows_a_left_of_its_border_and_b_right_of_it(open_report: An
     reader = open_report("#input=2&mode=slider")
     page = reader.page
     page.locator(".stack img").first.evaluate("image => image.decode()")
-    from tests.batch.gallery_reader import pixels_of
-
     picture = pixels_of(page.locator(".stack").screenshot())
     middle, width = picture[picture.shape[0] // 2], picture.shape[1]
     blue = middle[:, 2].astype(int) - middle[:, 0] > 60

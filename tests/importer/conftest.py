@@ -2,35 +2,10 @@
 
 import csv
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-
-from trimray.importer import BrepModel
-
-
-@pytest.fixture(autouse=True)
-def _free_documents() -> Iterator[None]:
-    """Readers are kept alive on purpose (occt.transfer); not over a whole test run."""
-    yield
-    import sys
-
-    occt = sys.modules.get("trimray.importer.occt")
-    if occt is not None:
-        occt._kept.clear()
-
-
-@pytest.fixture
-def read_here(tmp_path: Path) -> Callable[..., BrepModel]:
-    """Reads a file in this process: the child's code without the second it takes to start one."""
-    from trimray.importer.read_file import read_file
-
-    def read(path: Path | str, **options: Any) -> BrepModel:
-        return read_file(str(path), name=str(path), folder=str(tmp_path), **options)
-
-    return read
 
 
 def models_folder() -> Path | None:

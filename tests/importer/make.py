@@ -24,7 +24,6 @@ from trimray.importer import occt
 
 kSurf = XCAFDoc_ColorType.XCAFDoc_ColorSurf
 kCurv = XCAFDoc_ColorType.XCAFDoc_ColorCurv
-kGen = XCAFDoc_ColorType.XCAFDoc_ColorGen
 
 
 def box(x: float = 10.0, y: float = 20.0, z: float = 30.0) -> TopoDS_Shape:

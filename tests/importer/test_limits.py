@@ -3,13 +3,13 @@
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import make
 import pytest
 
+from tests.processes import runs, until
 from trimray.importer import Error, InputError, MemoryLimitError, TimeLimitError, process, read_model
 from trimray.importer.process import Request, run_child
 
@@ -175,17 +175,7 @@ def test_child_dies_with_its_parent(tmp_path):
     ) as parent:
         child = int(parent.stdout.readline())
         parent.kill()
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline:
-        try:
-            state = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0]
-        except OSError:
-            break
-        if state == "Z":
-            break
-        time.sleep(0.05)
-    else:
-        pytest.fail("the child outlived its parent")
+    until(lambda: not runs(child))
 
 
 def test_nothing_is_printed_and_progress_is_told(tmp_path, capfd):
