@@ -1,9 +1,10 @@
-"""Shared fixtures: where the real models are, a cache that no test shares with the user, files read in this
-process, pages in a browser."""
+"""Shared fixtures: where the real models are, surroundings that no test shares with the user, files read in
+this process, pages in a browser."""
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,19 @@ if TYPE_CHECKING:
     from trimray.importer import BrepModel
 
 ROOT = Path(__file__).resolve().parent.parent
+# What the user, or the system that runs the tests, has set for programs such as ours and Python's tools.
+_FOREIGN = (
+    *("TRIMRAY_", "NO_COLOR", "FORCE_COLOR", "PY_COLORS", "COLUMNS", "LINES", "TERM", "SOURCE_DATE_EPOCH"),
+    *("PYTEST_ADDOPTS", "PYTHONWARNINGS", "DASK_", "GITHUB_", "LANGUAGE"),
+    *("SLURM_ARRAY_", "AWS_BATCH_JOB_ARRAY_", "JOB_COMPLETION_INDEX", "PBS_ARRAY_INDEX"),
+)
+_KEPT = ("TRIMRAY_MODELS",)
+
+
+def pytest_configure() -> None:
+    # A shell that runs the tests in its background hands down an ignored SIGINT, and we to what we start.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
@@ -32,10 +46,17 @@ def samples_dir() -> Path:
     return ROOT / "samples"
 
 
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.getbasetemp() / "config"))
+@pytest.fixture(scope="session", autouse=True)
+def _own_surroundings(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """For fixtures of any scope, too."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in os.environ:
+            if name.startswith(_FOREIGN) and name not in _KEPT:
+                patch.delenv(name)
+        patch.setenv("LC_ALL", "C.UTF-8")
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
+        patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.getbasetemp() / "config"))
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -15,7 +15,7 @@ def runs(pid: int) -> bool:
         return False
 
 
-def until(holds: Callable[[], bool], seconds: float = 60.0) -> None:
+def until(holds: Callable[[], bool], seconds: float = 240.0) -> None:
     """Waits for it; fails when it takes far too long, for a machine under load."""
     end = time.monotonic() + seconds
     while not holds():

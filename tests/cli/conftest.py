@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -53,6 +54,21 @@ def process(*arguments: object, input: bytes = b"", **environment: str) -> Resul
 
 def one_line(err: str) -> bool:
     return err.startswith("trimray: ") and err.count("\n") == 1
+
+
+def interrupted(*arguments: object, stage: str) -> tuple[int, str]:
+    """Of a process that gets SIGINT once it says that it is in that stage: exit code, and what it says then.
+    It must take long enough to be still at it; one that goes on is killed after a minute or two."""
+    command = [sys.executable, "-m", "trimray.cli", *(str(a) for a in arguments), "--progress", "plain"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as child:
+        assert child.stderr is not None
+        try:
+            assert any(f": {stage}" in line for line in child.stderr), "it ended before that stage"
+            child.send_signal(signal.SIGINT)
+            err = child.communicate(timeout=120)[1]
+        finally:
+            child.kill()
+    return child.returncode, "\n".join(x for x in err.split("\n") if x and f": {stage}" not in x)
 
 
 @pytest.fixture(scope="session")

@@ -49,7 +49,11 @@ def test_the_manual_page_is_current() -> None:
 def test_the_manual_page_has_no_errors() -> None:
     command = ["man", "--warnings=all", "-l", str(ROOT / "docs" / "trimray.1")]
     done = subprocess.run(
-        command, capture_output=True, text=True, env=os.environ | {"MANPAGER": "cat"}, check=True
+        command,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"MANPAGER": "cat", "MANWIDTH": "80"},
+        check=True,
     )
     assert done.stderr == "" and "--background" in done.stdout
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import stat
+import subprocess
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import pytest
 
 from tests.fidelity.validate import violations
 from tests.processes import runs, until
+from trimray.fidelity import writer
 from trimray.fidelity.report_json import schema
 
 from .conftest import Run
@@ -157,13 +159,23 @@ def test_a_command_that_is_not_there_is_told(run: Run, box_file: Path) -> None:
     assert result.code == 7 and "'thing' cannot be started: No such file or directory" in result.out.decode()
 
 
-def test_a_writer_that_hangs_ends_with_all_it_has_started(run: Run, box_file: Path, tmp_path: Path) -> None:
+def test_a_writer_that_hangs_ends_with_all_it_has_started(
+    run: Run, box_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     number = tmp_path / "number"
-    writer = script(tmp_path, f"sleep 600 & echo $! > {number}; wait")
-    words = ("--writer", f"{writer} {{in}} {{out}}", "--time-limit", "20")
-    run("info", box_file)  # so that reading it takes none of the time
+    written = script(tmp_path, f"sleep 600 & echo $! > {number}.part; mv {number}.part {number}; wait")
+    wait = writer._wait
+
+    def late(process: subprocess.Popen[bytes], limit: float | None) -> int | None:
+        """The limit is over as soon as the writer has started what it starts."""
+        assert limit is not None and limit > 0
+        until(number.exists)
+        return wait(process, 0.0)
+
+    monkeypatch.setattr(writer, "_wait", late)
+    words = ("--writer", f"{written} {{in}} {{out}}", "--time-limit", "1000")
     result = run("roundtrip", box_file, *words, *FAST)
-    assert result.code == 5 and ": not written within 20 s" in result.out.decode()
+    assert result.code == 5 and ": not written within 1000 s" in result.out.decode()
     until(lambda: not runs(int(number.read_text())))
 
 

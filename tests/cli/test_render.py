@@ -185,17 +185,15 @@ def test_a_bar_shows_on_a_terminal_after_a_second(monkeypatch: pytest.MonkeyPatc
     screen = io.StringIO()
     screen.isatty = lambda: True  # type: ignore[method-assign]
     monkeypatch.setattr("sys.stderr", screen)
-    monkeypatch.setattr(progress, "_BAR_AFTER_SECONDS", 0.01)
-    with progress.progress_of("part.step", "auto", quiet=False) as sink:
-        import time
-
-        for k in range(10):
-            sink("trace", k / 10)
-            time.sleep(0.02)
-    assert "part.step: trace" in screen.getvalue()
-    screen.truncate(0)
+    monkeypatch.setattr(progress, "_BAR_AFTER_SECONDS", 0.0)
     with progress.progress_of("part.step", "auto", quiet=False) as sink:
         sink("trace", 0.5)
+        sink._timer.join()  # type: ignore[attr-defined]
+    assert "part.step: trace" in screen.getvalue()
+    screen.truncate(0)
     with progress.progress_of("part.step", "auto", quiet=True) as sink:
-        time.sleep(0.03)
+        assert not hasattr(sink, "_timer")
+    monkeypatch.setattr(progress, "_BAR_AFTER_SECONDS", 3600.0)
+    with progress.progress_of("part.step", "auto", quiet=False) as sink:
+        sink("trace", 0.5)
     assert screen.getvalue() == ""

