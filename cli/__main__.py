@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from itertools import pairwise
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -18,11 +19,12 @@ def main(arguments: list[str] | None = None) -> int:
     import click
 
     from .app import app
-    from .output import say
+    from .output import say, speak_json
 
     warnings.showwarning = lambda message, *_, **__: say(str(message))
 
     args = sys.argv[1:] if arguments is None else arguments
+    speak_json(_json_wanted(args))
     try:
         if not args and "_TRIMRAY_COMPLETE" not in os.environ:
             args = ["--help"]
@@ -47,8 +49,16 @@ def main(arguments: list[str] | None = None) -> int:
         if any(a.startswith("-vv") for a in args) or args.count("-v") + args.count("--verbose") > 1:
             import traceback
 
-            traceback.print_exc()
+            for line in traceback.format_exc().splitlines():
+                say(line, error=True)
         return 70
+
+
+def _json_wanted(args: list[str]) -> bool:
+    """Before the arguments are understood, since that can be what fails."""
+    asked = [b for a, b in pairwise(args) if a == "--progress"]
+    asked += [a.partition("=")[2] for a in args if a.startswith("--progress=")]
+    return (asked[-1] if asked else os.environ.get("TRIMRAY_PROGRESS")) == "json"
 
 
 def entry() -> None:

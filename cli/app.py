@@ -10,6 +10,7 @@ import click
 from . import config
 from .option import Option
 from .options import options_of
+from .output import speak_json
 
 _CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -122,6 +123,7 @@ def _command(name: str, about: str, metavar: str = "IN...", *, given: bool = Fal
 
             write_stdout(config.show(context, name))
             return 0
+        speak_json(values["progress"] == "json")
         if not values["inputs"] and not metavar.startswith("["):
             raise click.UsageError("missing input: give a file, or - for stdin", context)
         if given:

@@ -123,8 +123,17 @@ def write_results(summary: Summary, folder: str, options: dict[str, Any]) -> Non
 
 def tell_summary(summary: Summary, quiet: bool) -> None:
     """One line."""
+    facts: dict[str, Any] = {
+        "event": "summary",
+        "total": summary.total,
+        "drawn": summary.drawn,
+        "skipped": summary.skipped,
+        "statuses": dict(summary.statuses),
+        "seconds": round(summary.seconds, 3),
+        "exit_code": summary.exit_code,
+    }
     if summary.total == 0 and summary.exit_code:
-        say("no file found", error=True)
+        say("no file found", error=True, **facts)
         return
     if quiet:
         return
@@ -133,7 +142,7 @@ def tell_summary(summary: Summary, quiet: bool) -> None:
     if summary.skipped:
         text += f"; {summary.skipped} of them unchanged"
     rate = f", {summary.drawn / summary.seconds:.1f} a second" if summary.drawn and summary.seconds else ""
-    say(f"{text}; {summary.drawn} drawn in {summary.seconds:.1f} s{rate}")
+    say(f"{text}; {summary.drawn} drawn in {summary.seconds:.1f} s{rate}", **facts)
 
 
 def _shard(text: str | None) -> Shard:

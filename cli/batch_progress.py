@@ -3,14 +3,13 @@ complete."""
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from typing import TYPE_CHECKING, Any
 
 from trimray.batch import Listener
 
-from .output import colored, printable, say, shown_path
+from .output import colored, emit, printable, say, shown_path
 
 if TYPE_CHECKING:
     from trimray.batch import Outcome
@@ -52,7 +51,7 @@ class BatchProgress(Listener):
         self.done += 1
         self.failed += outcome.status == "failed"
         if self._verbose > 1:
-            self._say(f"{shown_path(outcome.path)}: unchanged, {outcome.status}{_because(outcome)}")
+            self._say_file(outcome, f"unchanged, {outcome.status}{_because(outcome)}")
         self._tell()
 
     def drawn(self, outcome: Outcome) -> None:
@@ -61,19 +60,30 @@ class BatchProgress(Listener):
         failed = outcome.status == "failed"
         self.failed += failed
         if failed or (outcome.status != "complete" and not self._quiet):
-            self._say(f"{shown_path(outcome.path)}: {outcome.status}{_because(outcome)}", error=failed)
+            self._say_file(outcome, f"{outcome.status}{_because(outcome)}", error=failed)
         elif self._verbose and not self._quiet:
-            self._say(f"{shown_path(outcome.path)}: {outcome.seconds:.2f} s: {shown_path(outcome.target)}")
+            self._say_file(outcome, f"{outcome.seconds:.2f} s: {shown_path(outcome.target)}")
         self._tell()
 
     def note(self, text: str) -> None:
         if self._verbose:
             self._say(printable(text))
 
-    def _say(self, text: str, error: bool = False) -> None:
+    def _say_file(self, outcome: Outcome, text: str, error: bool = False) -> None:
+        self._say(
+            f"{shown_path(outcome.path)}: {text}",
+            error,
+            event="file",
+            input=outcome.path,
+            status=outcome.status,
+            reason=outcome.reason,
+            seconds=round(outcome.seconds, 3),
+        )
+
+    def _say(self, text: str, error: bool = False, **event: Any) -> None:
         """Above the bar, where there is one."""
         if self._bar is None:
-            say(text, error=error)
+            say(text, error=error, **event)
         else:
             from rich.text import Text
 
@@ -98,15 +108,14 @@ class BatchProgress(Listener):
         self._last = now
         if self._mode == "json":
             rate, left = self._rate(), self._left()
-            event = {
-                "event": "progress",
-                "done": self.done,
-                "total": self.total,
-                "failed": self.failed,
-                "files_per_second": None if rate is None else round(rate, 3),
-                "seconds_left": None if left is None else round(left, 1),
-            }
-            print(json.dumps(event), file=sys.stderr, flush=True)
+            emit(
+                "progress",
+                done=self.done,
+                total=self.total,
+                failed=self.failed,
+                files_per_second=None if rate is None else round(rate, 3),
+                seconds_left=None if left is None else round(left, 1),
+            )
         else:
             say(
                 f"{self.done} of {self.total} files, {self.failed} failed, {self._rate_text()}, "

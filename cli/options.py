@@ -297,7 +297,7 @@ _LAST: tuple[Option, ...] = (
     Option(
         "progress",
         ("--progress",),
-        "auto is a bar on a terminal, otherwise none.",
+        "auto is a bar on a terminal, otherwise none; with json every line on stderr is an object.",
         default="auto",
         choices=("auto", "none", "plain", "json"),
         commands=_ANY,

@@ -1,4 +1,4 @@
-"""What goes to the terminal: one line an event on stderr, data on stdout."""
+"""What goes to the terminal: one line an event on stderr, as text or as JSON, data on stdout."""
 
 from __future__ import annotations
 
@@ -6,9 +6,17 @@ import contextlib
 import json
 import os
 import sys
-from typing import TextIO
+from typing import Any, TextIO
 
 from trimray import OutputError
+
+_json = False
+
+
+def speak_json(on: bool) -> None:
+    """Whether stderr is for programs (--progress json): then every line there is an object."""
+    global _json
+    _json = on
 
 
 def colored(stream: TextIO) -> bool:
@@ -20,9 +28,21 @@ def colored(stream: TextIO) -> bool:
     return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
-def say(text: str, *, error: bool = False) -> None:
-    """One line on stderr. A terminal that went away is no reason to fail."""
+def emit(event: str, **facts: Any) -> None:
+    """One JSON line on stderr. A reader that went away is no reason to fail."""
+    with contextlib.suppress(OSError):
+        print(json.dumps({"event": event, **facts}), file=sys.stderr, flush=True)
+
+
+def say(text: str, *, error: bool = False, event: str = "message", **facts: Any) -> None:
+    """One line on stderr. A terminal that went away is no reason to fail.
+
+    event, facts: what a program is told beside the text, JSON-able.
+    """
     line = " ".join(text.splitlines())
+    if _json:
+        emit(event, level="error" if error else "info", text=line, **facts)
+        return
     head = "trimray:"
     if colored(sys.stderr):
         head = f"\x1b[1;{'31' if error else '33'}m{head}\x1b[0m"

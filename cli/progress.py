@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import threading
 import time
@@ -10,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-from .output import colored, say
+from .output import colored, emit, say
 
 _BAR_AFTER_SECONDS = 1.0
 _PLAIN_EVERY_SECONDS = 1.0
@@ -43,8 +42,7 @@ class _Plain:
             return
         self._stage, self._last = stage, now
         if self._json:
-            event = {"event": "progress", "input": self._name, "stage": stage, "fraction": fraction}
-            print(json.dumps(event), file=sys.stderr, flush=True)
+            emit("progress", input=self._name, stage=stage, fraction=fraction)
         else:
             say(f"{self._name}: {stage}" + ("" if fraction is None else f" {100 * fraction:.0f} %"))
 

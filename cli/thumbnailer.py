@@ -87,11 +87,20 @@ def _cache(paths: tuple[str, ...], options: dict[str, Any]) -> int:
             progress.close()
             say(f"interrupted: {progress.done} of {progress.total} files are done")
             return 130
+    facts: dict[str, Any] = {
+        "event": "summary",
+        "total": filled.total,
+        "statuses": dict(filled.statuses),
+        "current": filled.current,
+        "skipped": filled.skipped,
+        "seconds": round(filled.seconds, 3),
+        "exit_code": filled.exit_code,
+    }
     if not filled.total:
-        say("no file found", error=True)
+        say("no file found", error=True, **facts)
     elif not options["quiet"]:
         parts = [f"{number} {status}" for status, number in filled.statuses.most_common()]
         parts += [f"{filled.current} up to date"] if filled.current else []
         parts += [f"{filled.skipped} failed before"] if filled.skipped else []
-        say(f"{filled.total} files: {', '.join(parts)}; {filled.seconds:.1f} s")
+        say(f"{filled.total} files: {', '.join(parts)}; {filled.seconds:.1f} s", **facts)
     return filled.exit_code

@@ -152,9 +152,15 @@ def test_job_arrays_are_obeyed_and_merged(
 
 def test_progress_as_lines(run: Run, library: Path, tmp_path: Path) -> None:
     result = run("batch", library, "-o", tmp_path / "out", *SMALL, "--progress", "json")
-    events = [json.loads(line) for line in result.err.splitlines() if line.startswith("{")]
+    *events, summary = [json.loads(line) for line in result.err.splitlines()]
     assert events[-1] | {"event": "progress", "done": 6, "total": 6, "failed": 2} == events[-1]
     assert events[-1]["files_per_second"] > 0 and events[-1]["seconds_left"] == 0
+    files = {event["input"]: event for event in events if event["event"] == "file"}
+    assert sorted(files) == [f"{library}/empty.step", f"{library}/noise.igs"]
+    assert all(e["status"] == "failed" and e["level"] == "error" and e["reason"] for e in files.values())
+    assert (summary["event"], summary["exit_code"]) == ("summary", 1)
+    assert summary["statuses"] == {"complete": 4, "failed": 2} and summary["total"] == summary["drawn"] == 6
+    assert summary["text"].startswith("6 files: 4 complete, 2 failed; 6 drawn in")
     result = run("batch", library, "-o", tmp_path / "out", *SMALL, "--progress", "plain")
     assert "6 of 6 files, 2 failed, -, 0 s left" in result.err
 
