@@ -13,8 +13,8 @@ from trimray import TimeLimitError
 
 from .progress import Sink
 
-# Seconds until the clock rings again, should the first time be heard by nobody.
-_AGAIN = 1.0
+# Seconds until the clock rings again, should the first time be heard by nobody; time to clear away where it was.
+_AGAIN = 5.0
 
 
 class Limited:
@@ -42,17 +42,20 @@ def within(limit: float | None, name: str, sink: Sink) -> Iterator[Limited]:
     A call of the native core goes on to its end first. In another thread than the main one nothing is raised.
     """
     limited = Limited(limit, sink)
+    over = False
     if limit is None or threading.current_thread() is not threading.main_thread():
         yield limited
         return
 
     def ring(number: int, frame: FrameType | None) -> None:
-        raise TimeLimitError(f"{name}: not done within {limit:g} s (stopped in stage '{limited.stage}')")
+        if not over:  # else it would keep what is below from putting the clock away
+            raise TimeLimitError(f"{name}: not done within {limit:g} s (stopped in stage '{limited.stage}')")
 
     handler = signal.signal(signal.SIGALRM, ring)
     timer = signal.setitimer(signal.ITIMER_REAL, limited.left() or limit, _AGAIN)
     try:
         yield limited
     finally:
+        over = True
         signal.setitimer(signal.ITIMER_REAL, *timer)
         signal.signal(signal.SIGALRM, handler)
