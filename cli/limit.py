@@ -13,7 +13,7 @@ from trimray import TimeLimitError
 
 from .progress import Sink
 
-# Seconds until the clock rings again, should the first time be heard by nobody; time to clear away where it was.
+# Seconds until the clock rings again, should the first time be heard by nobody: enough to clear away before.
 _AGAIN = 5.0
 
 
