@@ -13,12 +13,13 @@ namespace {
 // Relative, of the whole face; and what rounding alone leaves between two rules.
 constexpr double kWanted = 1e-13;
 constexpr double kRounding = 2e-15;
+constexpr double kUvRounding = 4e-16;
 // Parts that a face may be cut into beyond its strips. Reached where the area is not smooth within a patch.
 constexpr int kMostCuts = 4000;
 constexpr int kMostHalvings = 30;
 
 struct Curve {
-  dvec2 at, slope;  // uv_face, by t
+  dvec2 at, slope;  // by t
 };
 
 Curve curve_at(const Strips& strips, const Strip& s, double t) {
@@ -30,6 +31,24 @@ Curve curve_at(const Strips& strips, const Strip& s, double t) {
   const dvec3 h = (1.0 - t) * d[0] + t * d[1], dh = double(s.degree) * (d[1] - d[0]);
   const dvec2 at = dvec2(h) / h.z;
   return {at, (dvec2(dh) - dh.z * at) / h.z};
+}
+
+// What rounding of uv does to a strip, relative: its sides are differences of coordinates that may be far
+// from 0.
+double uv_rounding(const Strip& s) {
+  const auto lost = [](double a, double b) {
+    const double size = std::abs(a - b);
+    return size > 0.0 ? std::min(kUvRounding * std::max(std::abs(a), std::abs(b)) / size, 1.0) : 0.0;
+  };
+  const double end = std::abs(s.from.x - s.left) > std::abs(s.to.x - s.left) ? s.from.x : s.to.x;
+  return lost(s.from.y, s.to.y) + lost(s.left, end);
+}
+
+// What evaluating the surface at rounded coordinates does, relative.
+double far_uv(const nurbs::NurbsStore& store, std::int32_t face) {
+  const Box2& box = store.faces[face].uv_box;
+  const dvec2 middle = glm::abs(box.center()), size = box.extent();
+  return size.x > 0.0 && size.y > 0.0 ? kUvRounding * std::max(middle.x / size.x, middle.y / size.y) : 0.0;
 }
 
 // A part of a strip, by t and by the share of the way from its left border.
@@ -54,7 +73,7 @@ class FaceIntegrator {
         origin_(origin),
         cofactor_(cofactor),
         largest_(largest_integrals(reach)),
-        rounding_(kRounding * (1.0 + glm::length(origin) / reach)) {}
+        rounding_(kRounding * (1.0 + glm::length(origin) / reach) + far_uv(store, face)) {}
 
   FaceIntegrals run(bool reversed) {
     double area = 0.0;
@@ -98,15 +117,16 @@ class FaceIntegrator {
     const Strip& strip = strips_.strips[part.strip];
     const GaussRule ts = gauss_rule(along), xs = gauss_rule(across);
     const dvec2 size = part.high - part.low;
-    SurfaceRow row(surface_, strip.inside);
+    SurfaceRow row(surface_, strip.inside + strips_.origin);
     Integrals sum{};
     for (std::size_t i = 0; i < ts.node.size(); ++i) {
       const Curve c = curve_at(strips_, strip, part.low.x + size.x * ts.node[i]);
       const double width = c.at.x - strip.left, step = size.x * ts.weight[i] * c.slope.y * width * size.y;
       if (step == 0.0) continue;
-      row.set_v(c.at.y);
+      row.set_v(c.at.y + strips_.origin.y);
       for (std::size_t j = 0; j < xs.node.size(); ++j) {
-        const nurbs::SurfacePoint p = row.at(strip.left + (part.low.y + size.y * xs.node[j]) * width);
+        const nurbs::SurfacePoint p =
+            row.at(strip.left + (part.low.y + size.y * xs.node[j]) * width + strips_.origin.x);
         dvec3 normal = glm::cross(p.du, p.dv);
         if (cofactor_ != nullptr) normal = *cofactor_ * normal;
         add_integrand(p.p - origin_, normal, step * xs.weight[j], sum);
@@ -133,11 +153,12 @@ class FaceIntegrator {
 
   void judge(Part& part, const Integrals& next) const {
     part.excess = 0.0;
+    const double rounding = rounding_ + uv_rounding(strips_.strips[part.strip]);
     const double share = next[kArea] + area_ / static_cast<double>(strips_.strips.size());
     for (int k = 0; k < kIntegrals; ++k) {
       part.error[k] = std::abs(next[k] - part.value[k]);
       const double allowed =
-          largest_[k] * (kWanted * std::min(share, area_) + rounding_ * next[kArea]) + kTiniest;
+          largest_[k] * (kWanted * std::min(share, area_) + rounding * next[kArea]) + kTiniest;
       part.excess = std::max(part.excess, part.error[k] / allowed);
       if (!std::isfinite(part.error[k])) part.error[k] = kInf, part.excess = kInf;
     }
@@ -158,17 +179,18 @@ class FaceIntegrator {
     // In an order that heaps do not know.
     std::sort(parts_.begin(), parts_.end(), is_before);
     IntegralSums value, error;
-    double area = 0.0;
+    double lost = 0.0;
     for (const Part& p : parts_) {
-      const double weight = strips_.strips[p.strip].weight;
+      const Strip& strip = strips_.strips[p.strip];
+      const double weight = strip.weight;
       Integrals signed_value = p.value;
       signed_value[kArea] = signed_area(p);
       value.add(signed_value, weight);
       error.add(p.error, std::abs(weight));
-      area += std::abs(weight) * p.value[kArea];
+      lost += std::abs(weight) * p.value[kArea] * (rounding_ + uv_rounding(strip));
     }
     FaceIntegrals r{value.value(), error.value()};
-    for (int k = 0; k < kIntegrals; ++k) r.error[k] += rounding_ * largest_[k] * area;
+    for (int k = 0; k < kIntegrals; ++k) r.error[k] += largest_[k] * lost;
     if (reversed)
       for (int k = kVolume; k < kIntegrals; ++k) r.value[k] = -r.value[k];
     return r;

@@ -212,19 +212,24 @@ Box2 loops_box(const NurbsStore& store, const nurbs::Face& face) {
   return box.empty() ? face.uv_box : box;
 }
 
-LoopPieces cut_loops(const NurbsStore& store, const nurbs::Face& face, const SmoothCells& cells) {
+LoopPieces cut_loops(const NurbsStore& store, const nurbs::Face& face, const SmoothCells& cells,
+                     dvec2 origin) {
   LoopPieces out;
   Cutter cutter(cells, out);
+  std::vector<dvec3> moved;
   for (std::int32_t l = face.loops.begin; l < face.loops.end; ++l) {
     if (is_copy(store, l)) continue;
     cutter.begin_loop();
     for_each_piece(store, l, [&](std::span<const dvec3> ctrl_h) {
-      if (ctrl_h.size() > 1) cutter.curve(ctrl_h);
+      if (ctrl_h.size() < 2) return;
+      moved.clear();
+      for (const dvec3& h : ctrl_h) moved.emplace_back(dvec2(h) - h.z * origin, h.z);
+      cutter.curve(moved);
     });
     cutter.end_loop();
   }
   if (out.loops > 0) return out;
-  const dvec2 low = face.uv_box.lower, high = face.uv_box.upper;
+  const dvec2 low = face.uv_box.lower - origin, high = face.uv_box.upper - origin;
   const dvec3 corner[] = {{low, 1.0}, {high.x, low.y, 1.0}, {high, 1.0}, {low.x, high.y, 1.0}, {low, 1.0}};
   for (int i = 0; i < 4; ++i) cutter.curve(std::span(corner + i, 2));
   cutter.end_loop();

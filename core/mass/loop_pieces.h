@@ -26,7 +26,9 @@ struct LoopPieces {
 // The box of a face's loops, or its uv_box where there are none.
 Box2 loops_box(const nurbs::NurbsStore& store, const nurbs::Face& face);
 
-LoopPieces cut_loops(const nurbs::NurbsStore& store, const nurbs::Face& face, const SmoothCells& cells);
+// All of it, and the cells, from `origin`: where coordinates are large, their differences would lose digits.
+LoopPieces cut_loops(const nurbs::NurbsStore& store, const nurbs::Face& face, const SmoothCells& cells,
+                     dvec2 origin);
 
 // By loop: 1 or -1, so that the signed regions times these, added up, count every point inside once: as the
 // loops run where one runs against all the others, else by the even-odd rule for loops that do not cross.

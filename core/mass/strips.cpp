@@ -39,8 +39,12 @@ struct Placed {
 Strips cut_strips(const nurbs::NurbsStore& store, std::int32_t face_index) {
   const nurbs::Face& face = store.faces[face_index];
   const Box2 box = loops_box(store, face);
-  const SmoothCells cells = smooth_cells(store, store.surfaces[face.surface], box);
-  LoopPieces loops = cut_loops(store, face, cells);
+  Strips out;
+  out.origin = box.center();
+  SmoothCells cells = smooth_cells(store, store.surfaces[face.surface], box);
+  for (double& u : cells.u) u -= out.origin.x;
+  for (double& v : cells.v) v -= out.origin.y;
+  LoopPieces loops = cut_loops(store, face, cells, out.origin);
   const std::vector<double> signs = loop_signs(loops);
 
   std::vector<Placed> placed;
@@ -57,7 +61,6 @@ Strips cut_strips(const nurbs::NurbsStore& store, std::int32_t face_index) {
     return std::tie(a.row, b.column, a.piece) < std::tie(b.row, a.column, b.piece);
   });
 
-  Strips out;
   const auto line = [](const std::vector<double>& lines, int k, double first, double last) {
     return k < 0 ? first : k < static_cast<int>(lines.size()) ? lines[k] : last;
   };

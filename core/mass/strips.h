@@ -19,7 +19,8 @@
 
 namespace trimray::mass {
 
-// Counts with `weight` times the integral over t in [0, 1] of v'(t) dt and s from `left` to u(t).
+// All coordinates from Strips::origin. Counts with `weight` times the integral over t in [0, 1] of v'(t) dt
+// and s from `left` to u(t).
 struct Strip {
   dvec2 inside{0.0};  // of the cell
   double left = 0.0;
@@ -30,6 +31,7 @@ struct Strip {
 };
 
 struct Strips {
+  dvec2 origin{0.0};  // uv_face
   std::vector<Strip> strips;
   std::vector<dvec3> ctrl_h;  // (w u, w v, w)
 };
