@@ -36,28 +36,32 @@ class SurfaceError(ValueError):
     """A surface that has no like in OpenCascade."""
 
 
-def surface_of(arrays: dict[str, Any], index: int) -> Geom_Surface:
-    """The surface of a face, in the coordinates of its prototype. Raises SurfaceError."""
+def surface_of(arrays: dict[str, Any], index: int, within: Floats | None = None) -> Geom_Surface:
+    """The surface of a face, in the coordinates of its prototype. Raises SurfaceError.
+
+    within: the box (2, 2) in (u, v) to which a spline is cut. The store continues splines a little beyond
+    their ends; one that closes up at a seam does so at these ends alone.
+    """
     f = arrays["surfaces"][index]
-    basis = _basis(arrays, f)
+    basis = _basis(arrays, f, within)
     if int(f["kind"]) != kOffset:
         return basis
     return Geom_OffsetSurface(basis, float(f["offset"]), True)
 
 
-def _basis(arrays: dict[str, Any], f: Any) -> Geom_Surface:
+def _basis(arrays: dict[str, Any], f: Any, within: Floats | None) -> Geom_Surface:
     kind = int(f["basis"])
     if kind <= kTorus:
         return _elementary(kind, f)
     if kind in (kExtrusion, kRevolution):
-        return _sweep(arrays, f, kind == kExtrusion)
+        return _sweep(arrays, f, kind == kExtrusion, within)
     if int(f["map_u"]) or int(f["map_v"]):
         raise SurfaceError("a closed form that was stretched: its parameter is no longer an angle")
     spline = _grid(arrays, f)
     if kind == kBezier:
         return _bezier(f, *spline)
     if kind == kBspline:
-        return _bspline(f, *spline)
+        return _bspline(f, *spline, within)
     raise SurfaceError("no surface")
 
 
@@ -106,7 +110,9 @@ def _bezier(f: Any, knots_u: Floats, knots_v: Floats, ctrl: Floats) -> Geom_Surf
     return Geom_BezierSurface(poles) if weights is None else Geom_BezierSurface(poles, weights)
 
 
-def _bspline(f: Any, knots_u: Floats, knots_v: Floats, ctrl: Floats) -> Geom_BSplineSurface:
+def _bspline(
+    f: Any, knots_u: Floats, knots_v: Floats, ctrl: Floats, within: Floats | None
+) -> Geom_BSplineSurface:
     (values_u, counts_u), (values_v, counts_v) = distinct(knots_u), distinct(knots_v)
     arguments = (reals(values_u), reals(values_v), integers(counts_u), integers(counts_v),
                  int(f["degree_u"]), int(f["degree_v"]))  # fmt: skip
@@ -115,20 +121,41 @@ def _bspline(f: Any, knots_u: Floats, knots_v: Floats, ctrl: Floats) -> Geom_BSp
         surface = Geom_BSplineSurface(poles, *arguments)
     else:
         surface = Geom_BSplineSurface(poles, weights, *arguments)
-    # A whole period closes up, and goes on beyond its ends.
-    if f["periodic_u"] and abs(values_u[-1] - values_u[0] - f["period_u"]) <= _FULL * f["period_u"]:
+    periods = f["period_u"] if f["periodic_u"] else 0.0, f["period_v"] if f["periodic_v"] else 0.0
+    whole_u, whole_v = (_is_whole(v, p) for v, p in zip((values_u, values_v), periods, strict=True))
+    if within is not None:
+        surface.Segment(*_ends(values_u, None if whole_u else within[:, 0]),
+                        *_ends(values_v, None if whole_v else within[:, 1]))  # fmt: skip
+    if whole_u:
         surface.SetUPeriodic()
-    if f["periodic_v"] and abs(values_v[-1] - values_v[0] - f["period_v"]) <= _FULL * f["period_v"]:
+    if whole_v:
         surface.SetVPeriodic()
     return surface
 
 
-def _sweep(arrays: dict[str, Any], f: Any, extrusion: bool) -> Geom_Surface:
+def _is_whole(values: Floats, period: float) -> bool:
+    """Do the knots span a whole period? Such a spline closes up, and goes on beyond its ends."""
+    return period > 0.0 and abs(float(values[-1] - values[0]) - period) <= _FULL * period
+
+
+def _ends(values: Floats, within: Floats | None) -> tuple[float, float]:
+    """The first and the last of the knots, or of the range that is wanted of them."""
+    low, high = float(values[0]), float(values[-1])
+    return (low, high) if within is None else (max(low, float(within[0])), min(high, float(within[1])))
+
+
+def _sweep(arrays: dict[str, Any], f: Any, extrusion: bool, within: Floats | None) -> Geom_Surface:
     axis = f["z_axis"]
     if not float(np.dot(axis, axis)) > 0.5:
         raise SurfaceError("a sweep that was stretched: its parameter is no longer a length or an angle")
     conic = arrays["conics"][int(f["conic"])] if int(f["conic"]) >= 0 else None
     profile = _profile(arrays, f, extrusion, conic)
+    if isinstance(profile, Geom_BSplineCurve):
+        ends = np.array([profile.FirstParameter(), profile.LastParameter()])
+        if _is_whole(ends, float(f["period_u"] if extrusion else f["period_v"])):
+            profile.SetPeriodic()
+        elif within is not None:
+            profile.Segment(*_ends(ends, within[:, 0 if extrusion else 1]))
     if extrusion:
         return Geom_SurfaceOfLinearExtrusion(profile, direction(axis))
     return Geom_SurfaceOfRevolution(profile, gp_Ax1(point(f["location"]), direction(axis)))
@@ -142,17 +169,9 @@ def _profile(arrays: dict[str, Any], f: Any, extrusion: bool, conic: Any | None)
         start = float(knots_v[0])
         points = ctrl[:, 0].copy()
         points[:, :3] -= points[:, 3:] * (start * axis)
-        spline = Spline(int(f["degree_u"]), knots_u, points)
-        period = float(f["period_u"])
-    else:
-        points = _turned(ctrl[0], f["location"], axis, -float(knots_u[0]))
-        spline = Spline(int(f["degree_v"]), knots_v, points)
-        period = float(f["period_v"])
-    curve = space_curve(spline, conic)
-    whole = period > 0.0 and abs(spline.last - spline.first - period) <= _FULL * period
-    if whole and isinstance(curve, Geom_BSplineCurve):
-        curve.SetPeriodic()
-    return curve
+        return space_curve(Spline(int(f["degree_u"]), knots_u, points), conic)
+    points = _turned(ctrl[0], f["location"], axis, -float(knots_u[0]))
+    return space_curve(Spline(int(f["degree_v"]), knots_v, points), conic)
 
 
 def _turned(points: Floats, location: Floats, axis: Floats, angle: float) -> Floats:

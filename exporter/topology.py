@@ -62,10 +62,18 @@ class PrototypeBuilder:
             self.issues.append((number, "the store holds no geometry for it"))
             return
         try:
-            surface = surface_of(self.arrays, int(f["surface"]))
+            within = f["uv_box"] if self._has_seam(f) else None
+            surface = surface_of(self.arrays, int(f["surface"]), within)
             self.faces[number] = self._trimmed(f, surface)
         except (SurfaceError, CurveError) as error:
             self.issues.append((number, str(error)))
+
+    def _has_seam(self, f: Any) -> bool:
+        """Does an edge bound the face on both sides?"""
+        used = [self.arrays["coedges"][slice(*loop["coedges"].tolist())]["edge"]
+                for loop in self.arrays["loops"][slice(*f["loops"].tolist())]]  # fmt: skip
+        edges = np.concatenate(used) if used else np.zeros(0, int)
+        return len(np.unique(edges)) < len(edges)
 
     def _trimmed(self, f: Any, surface: Geom_Surface) -> TopoDS_Face:
         loops = range(*f["loops"].tolist())

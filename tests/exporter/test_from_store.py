@@ -6,7 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.Geom import Geom_Circle, Geom_RectangularTrimmedSurface, Geom_SurfaceOfRevolution
+from OCP.GeomConvert import GeomConvert
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt
 
+import trimray
 from trimray.exporter.files import write_file
 from trimray.exporter.from_store import build_parts, rebuild
 
@@ -49,3 +54,26 @@ def test_opencascades_own_format_loses_nothing(read_here, tmp_path, name):
         assert np.allclose(again["surfaces"][field], arrays["surfaces"][field], rtol=1e-14)
     (part,) = build_parts(arrays)
     assert deviation(arrays, part, sources_of(model)[0], points=12) <= 1e-14
+
+
+@pytest.mark.parametrize("kind", ["revolution", "bspline"])
+def test_a_spline_that_closes_without_a_period_keeps_its_seam(tmp_path, kind):
+    """The store continues splines beyond their ends, where this one would run on beside its beginning: a
+    STEP file of that has no seam, and its reader finds the face inside out."""
+    circle = Geom_Circle(gp_Ax2(gp_Pnt(20, 0, 0), gp_Dir(0, 1, 0)), 5.0)
+    profile = GeomConvert.CurveToBSplineCurve_s(circle)
+    profile.SetNotPeriodic()
+    ends = profile.FirstParameter(), profile.LastParameter()
+    surface = Geom_SurfaceOfRevolution(profile, gp_Ax1(gp_Pnt(), gp_Dir(0, 0, 1)))
+    face = BRepBuilderAPI_MakeFace(surface, 0.0, 1.5, *ends, 1e-7).Face()
+    if kind == "bspline":
+        spline = GeomConvert.SurfaceToBSplineSurface_s(
+            Geom_RectangularTrimmedSurface(surface, 0.0, 1.5, *ends)
+        )
+        assert not spline.IsVPeriodic()
+        face = BRepBuilderAPI_MakeFace(spline, 1e-7).Face()
+    store = trimray.load(face)._core
+    write_file(rebuild(store.arrays(), store.meta), str(tmp_path / "out.step"), "step", "ap242")
+    again = trimray.load(tmp_path / "out.step", cache=False)
+    assert [face.status for face in again.faces] == ["ok"]
+    assert again.bounds == pytest.approx(trimray.load(face).bounds, abs=1e-6)
