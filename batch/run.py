@@ -86,7 +86,8 @@ def run(
 
     Summary.exit_code is what all files have in common, 0 when all are complete, else 1; 6 when no file was
     found. Raises UsageError; OutputError when the folder or the state in it cannot be written;
-    KeyboardInterrupt when interrupted, after all work was stopped: nothing that was finished is lost.
+    KeyboardInterrupt when interrupted, after all work was stopped: nothing that was finished is lost, and the
+    gallery shows it.
     """
     from trimray import OutputError, UsageError
 
@@ -142,9 +143,11 @@ def run(
             draw = _pool(workers)
         try:
             work.draw(draw)
-        except BaseException:
+        except BaseException as error:
             with suppress(OutputError):
                 work.clean(work.run)
+                if gallery and isinstance(error, KeyboardInterrupt):
+                    write_gallery_of_state(folder, state)
             raise
         state.finish(work.run)
         if gallery:

@@ -11,7 +11,7 @@ from functools import partial
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from trimray import UsageError
+from trimray import OutputError, UsageError
 
 from .batch_progress import BatchProgress
 from .files import check_target
@@ -85,10 +85,27 @@ def run(inputs: tuple[str, ...], *, given: set[str], **options: Any) -> int:
             progress.close()
             done = f": {progress.done} of {progress.total} files are done; go on with --resume"
             say(f"interrupted{done if progress.total else ''}", error=True)
+            if progress.total:
+                _write_interrupted(folder, shard, options)
             return 130
     tell_summary(summary, options["quiet"])
-    write_results(summary, folder, options)
+    write_results(summary.state, summary.run, folder, options)
     return summary.exit_code
+
+
+def _write_interrupted(folder: str, shard: Shard, options: dict[str, Any]) -> None:
+    """What there is to say of a run that was interrupted; what cannot be written is told."""
+    from trimray.batch.find import absolute
+    from trimray.batch.state import State
+
+    place = os.path.join(absolute(folder), shard.state_name)
+    try:
+        with State(place, create=False) as state:
+            last = state.last_run()
+        if last is not None:
+            write_results(place, last.id, folder, options)
+    except OutputError as error:
+        say(str(error), error=True)
 
 
 def _check_report(path: str | None, folder: str) -> None:
@@ -101,8 +118,8 @@ def _check_report(path: str | None, folder: str) -> None:
         check_target(path)
 
 
-def write_results(summary: Summary, folder: str, options: dict[str, Any]) -> None:
-    """What is made of the state once a run, or the joining of several, is over."""
+def write_results(place: str, run: int, folder: str, options: dict[str, Any]) -> None:
+    """What is made of the state once a run, or the joining of several, is over. place: of the state."""
     if options["gallery"] and not options["quiet"]:
         say(f"gallery: {shown_path(os.path.join(folder, 'index.html'))}")
     if not options["lines"]:
@@ -112,8 +129,8 @@ def write_results(summary: Summary, folder: str, options: dict[str, Any]) -> Non
     from trimray.batch.state import State
 
     folder = absolute(folder)
-    with State(summary.state, create=False) as state:
-        rows = state.rows(summary.run)
+    with State(place, create=False) as state:
+        rows = state.rows(run)
         if options["lines"] == "-":
             for line in lines(rows, folder):
                 write_stdout(line)

@@ -23,5 +23,5 @@ def run(inputs: tuple[str, ...], options: dict[str, Any]) -> int:
             names = ", ".join(map(str, shards[:20])) + (" ..." if len(shards) > 20 else "")
             say(f"shards {what}: {names}", error=True)
     tell_summary(merged.summary, options["quiet"])
-    write_results(merged.summary, inputs[0], options)
+    write_results(merged.summary.state, merged.summary.run, inputs[0], options)
     return merged.summary.exit_code

@@ -197,6 +197,21 @@ def test_an_interrupted_run_is_gone_on_with(go: Callable[..., Summary], draw: Dr
     assert last is not None and last.finished and last.options["include"] == ["*.s*"]
 
 
+def test_an_interrupted_run_has_a_gallery_of_what_is_done(
+    go: Callable[..., Summary], draw: Drawer, tmp_path: Path
+) -> None:
+    draw.stop_after = 2
+    with pytest.raises(KeyboardInterrupt):
+        go(gallery=True)
+    page = (tmp_path / "out/index.html").read_text()
+    shown = [name for name in ("a.step", "b.step", "c.stl", "d.step") if name in page]
+    assert len(shown) == 2 and shown == draw.names
+    draw.stop_after = None
+    go([], resume=True)
+    page = (tmp_path / "out/index.html").read_text()
+    assert all(name in page for name in ("a.step", "b.step", "c.stl", "d.step"))
+
+
 def test_an_interrupted_retry_is_gone_on_with(
     go: Callable[..., Summary], draw: Drawer, library: Path
 ) -> None:

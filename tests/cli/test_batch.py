@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -191,6 +192,7 @@ def pictures(folder: Path) -> list[Path]:
 def long_run(slow_library: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """In the middle of its work."""
     command = [sys.executable, "-m", "trimray.cli", "batch", slow_library, "-o", tmp_path / "out", *SMALL]
+    command += ["--gallery", "--report", tmp_path / "r.jsonl"]
     child = subprocess.Popen(
         [str(word) for word in command],
         stderr=subprocess.PIPE,
@@ -213,7 +215,13 @@ def test_an_interruption_says_how_to_go_on(
     long_run.send_signal(number)
     _, err = long_run.communicate(timeout=120)
     assert long_run.returncode == 130
-    assert "of 60 files are done; go on with --resume" in err and err.count("\n") == 1
+    told, gallery = err.splitlines()
+    assert "of 60 files are done; go on with --resume" in told and gallery.endswith("out/index.html")
+    entries = [json.loads(line) for line in (tmp_path / "r.jsonl").read_text().splitlines()]
+    done = {Path(entry["output"]).name for entry in entries if entry["status"] == "complete"}
+    assert len(entries) == 60 and f"interrupted: {len(done)} of 60" in told and 0 < len(done) < 60
+    assert set(re.findall(r'"(\d+\.png)"', (tmp_path / "out/index.html").read_text())) == done
+    assert done <= {path.name for path in pictures(tmp_path / "out")}
     assert not [name for name in os.listdir(tmp_path / "out") if name.endswith(".part")]
 
 
