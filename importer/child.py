@@ -6,6 +6,7 @@ OpenCascade prints reaches the caller's stdout or stderr.
 """
 
 import ctypes
+import gc
 import json
 import os
 import resource
@@ -14,7 +15,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any, BinaryIO
 
-from . import errors, wire
+from . import errors, heap, wire
 from .forked import peak_bytes
 from .formats import TRIANGLES
 from .input_file import open_input
@@ -45,6 +46,8 @@ def serve(argument: str, work: Callable[[dict[str, Any], BinaryIO], None]) -> No
                 limit = request["memory_limit"] + request.get("inherited", 0)
                 limit_data(limit)
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            heap.use()
+            gc.disable()  # little is to be found in a process of one file, and OCP's classes are many
             work(request, pipe)
         except errors.Error as error:
             message: dict[str, Any] = {
@@ -71,6 +74,7 @@ def limit_data(limit: int | None) -> None:
 
 def preload() -> None:
     """Imports what reading needs, so that forked children find it (process.py, start="fork")."""
+    heap.use()
     from . import occt, read_file, read_triangles  # noqa: F401
 
     occt.initialize()
