@@ -53,7 +53,7 @@ def test_every_good_file_is_drawn_and_every_bad_one_named(setup: Setup, rows: di
 
 
 @pytest.mark.parametrize(
-    ("how", "share"), [("group", 0.37), ("supervisor", 0.61), ("SIGINT", 0.23), ("SIGTERM", 0.8)]
+    ("how", "share"), [("group", 0.37), ("supervisor", 0.61), ("SIGINT", 0.23), ("SIGTERM", 0.5)]
 )
 def test_a_run_that_was_ended_goes_on_where_it_was(
     setup: Setup, rows: dict[bytes, Row], how: str, share: float

@@ -52,7 +52,7 @@ class Command:
                 start_new_session=True,
             )
 
-    def wait(self, timeout: float | None = None, grace: float = 10.0) -> Done:
+    def wait(self, timeout: float | None = None, grace: float = 60.0) -> Done:
         """grace: seconds in which what it started may end after it. Kills all when the time is over."""
         try:
             self.process.wait(timeout)

@@ -74,7 +74,7 @@ def disturbed(
         "SIGINT": lambda: command.signal_group(signal.SIGINT),
         "SIGTERM": lambda: os.kill(command.process.pid, signal.SIGTERM),
     }[how]()
-    killed = command.wait(60)
+    killed = command.wait(240)
     problems += judge_end(killed, 130 if how in ("SIGINT", "SIGTERM") else -signal.SIGKILL)
     there = pictures(output)
     problems += [f"half a picture: {path!r}" for path in there if not _is_whole(output, path)]
