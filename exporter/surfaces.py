@@ -1,6 +1,7 @@
 """From the store's surfaces to OpenCascade's, each in its own kind and over the same (u, v)."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -133,12 +134,12 @@ def _bspline(
     return surface
 
 
-def _is_whole(values: Floats, period: float) -> bool:
+def _is_whole(values: Sequence[float], period: float) -> bool:
     """Do the knots span a whole period? Such a spline closes up, and goes on beyond its ends."""
     return period > 0.0 and abs(float(values[-1] - values[0]) - period) <= _FULL * period
 
 
-def _ends(values: Floats, within: Floats | None) -> tuple[float, float]:
+def _ends(values: Sequence[float], within: Floats | None) -> tuple[float, float]:
     """The first and the last of the knots, or of the range that is wanted of them."""
     low, high = float(values[0]), float(values[-1])
     return (low, high) if within is None else (max(low, float(within[0])), min(high, float(within[1])))
@@ -151,7 +152,7 @@ def _sweep(arrays: dict[str, Any], f: Any, extrusion: bool, within: Floats | Non
     conic = arrays["conics"][int(f["conic"])] if int(f["conic"]) >= 0 else None
     profile = _profile(arrays, f, extrusion, conic)
     if isinstance(profile, Geom_BSplineCurve):
-        ends = np.array([profile.FirstParameter(), profile.LastParameter()])
+        ends = [profile.FirstParameter(), profile.LastParameter()]
         if _is_whole(ends, float(f["period_u"] if extrusion else f["period_v"])):
             profile.SetPeriodic()
         elif within is not None:
