@@ -33,6 +33,16 @@ class Face:
     part: str
     status: str
 
+    @property
+    def what(self) -> str:
+        """For messages: "plane of Lid", by its own name or that of its part."""
+        owner = self.name or self.part
+        return f"{self.kind} of {owner}" if owner else self.kind
+
+    def call(self) -> str:
+        """For messages: "face 12 (plane of Lid)"."""
+        return f"face {self.number} ({self.what})"
+
 
 @dataclass(frozen=True)
 class Instance:

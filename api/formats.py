@@ -1,4 +1,7 @@
-"""Which image formats there are, and what fits into each. Knows no picture, so it costs nothing to ask."""
+"""Which formats of pictures and meshes there are, how their files are named, and what fits into each.
+
+Knows no picture, so it costs nothing to ask.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,9 @@ from collections.abc import Callable
 
 from .importer.errors import UsageError
 from .views import did_you_mean
+
+_PACKED = (".gz", ".z", ".zip")
+_SHORT = {"jpeg": "jpg", "tiff": "tif"}
 
 FORMATS = ("png", "jpeg", "webp", "tiff", "exr")
 EXTENSIONS = {
@@ -19,6 +25,20 @@ EXTENSIONS = {
     ".tiff": "tiff",
     ".exr": "exr",
 }
+
+
+def extension_of(format: str) -> str:
+    """What the name of a file of this format ends with, without the dot."""
+    return _SHORT.get(format, format)
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Stem and extension without the dot: "part.step.gz" -> ("part", "step.gz")."""
+    root, extension = os.path.splitext(name)
+    if extension.lower() in _PACKED:
+        root, inner = os.path.splitext(root)
+        extension = inner + extension
+    return (root, extension[1:]) if root else (name, "")
 
 
 def format_of(path: str | os.PathLike[str], format: str | None = None) -> str:

@@ -58,9 +58,19 @@ class Report:
         """Nothing of the file is missing from the picture."""
         return not self.not_drawn and not any(i.severity == "error" for i in self.issues)
 
+    def damage(self) -> str:
+        """One line where the file's text is damaged, since what was read of it may not be what was meant; ""
+        when it is sound."""
+        found = [issue for issue in self.issues if issue.kind in ("syntax", "knots")]
+        if not found:
+            return ""
+        more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+        what = f"{found[0].entity} {found[0].reason}".strip()
+        return f"the file is damaged and may be meant otherwise: {what}{more}"
+
     def problems(self) -> list[str]:
         """One line for each face or entity that is missing: number, kind, reason."""
-        lines = [f"face {f.number} ({f.kind}{_of(f)}): {f.status}" for f in self.not_drawn]
+        lines = [f"{f.call()}: {f.status}" for f in self.not_drawn]
         for issue in self.issues:
             if issue.severity == "error":
                 lines.append(f"{issue.entity or 'file'} ({issue.kind}): {issue.reason}")
@@ -73,7 +83,7 @@ class Report:
         "faces 3, 7-9 (plane of Lid): reason"."""
         groups: dict[tuple[str, str], list[int]] = {}
         for face in self.not_drawn:
-            groups.setdefault((face.kind + _of(face), face.status), []).append(face.number)
+            groups.setdefault((face.what, face.status), []).append(face.number)
         lines = [
             f"{'face' if len(n) == 1 else 'faces'} {_ranges(n)} ({what}): {why}"
             for (what, why), n in groups.items()
@@ -141,8 +151,3 @@ def _ranges(numbers: list[int]) -> str:
     text = ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs[:_FEW])
     left = sum(b - a + 1 for a, b in runs[_FEW:])
     return text + (f" and {left} more" if left else "")
-
-
-def _of(face: Face) -> str:
-    where = face.name or face.part
-    return f" of {where}" if where else ""

@@ -6,7 +6,6 @@ import contextlib
 import hashlib
 import os
 import resource
-import stat
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trimray import Error, InputError, MemoryLimitError, Model, OutputError, TimeLimitError, load
+from trimray import Error, MemoryLimitError, Model, OutputError, TimeLimitError, load
 from trimray.formats import format_of
 from trimray.frame import Frame
 from trimray.image_io import encode, write_file
 from trimray.importer.forked import data_bytes, peak_bytes
 
+from .hashing import regular_file
 from .record import Item, Outcome, Settings, Status
 from .visible import Visible, visible
 
@@ -92,18 +92,8 @@ def draw_file(
 
 def hash_file(path: str) -> str:
     """The SHA-256 of a regular file, hex. Raises InputError."""
-    name = _name(path)
-    try:
-        # Not blocking, lest a pipe without a writer holds us.
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
-        with open(descriptor, "rb") as file:
-            mode = os.fstat(descriptor).st_mode
-            if not stat.S_ISREG(mode):
-                what = "is a directory" if stat.S_ISDIR(mode) else "not a regular file"
-                raise InputError(f"{name}: {what}")
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{name}: {getattr(error, 'strerror', None) or error}") from None
+    with regular_file(path, _name(path)) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def picture_of(path: str, settings: Settings, *, start: float | None = None, threads: int = 1) -> Picture:
@@ -209,11 +199,9 @@ def _judge(picture: Picture) -> tuple[Status, str]:
     reasons = [picture.degraded] if picture.degraded else []
     if picture.visible.blank:
         return "blank", "; ".join([picture.visible.reason, *reasons])
-    damage = [i for i in picture.report.issues if i.kind in ("syntax", "knots")]
-    problems = picture.report.reasons()
+    damage, problems = picture.report.damage(), picture.report.reasons()
     if damage:
-        what = f"{damage[0].entity} {damage[0].reason}".strip()
-        reasons.append(f"the file is damaged and may be meant otherwise: {what}")
+        reasons.append(damage)
     if problems:
         more = f" (and {len(problems) - 1} more reasons)" if len(problems) > 1 else ""
         reasons.append(problems[0] + more)

@@ -9,24 +9,44 @@ import stat
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import FileIO
+
+from trimray import InputError
 
 _CHUNK = 1 << 20
 _LOOK_SECONDS = 0.2
+
+
+@contextmanager
+def regular_file(path: str, name: str) -> Iterator[FileIO]:
+    """Open to be read. name: what messages call it. Raises InputError, also where reading it fails."""
+    try:
+        # Not blocking, lest a pipe without a writer holds us.
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            mode = os.fstat(descriptor).st_mode
+            if not stat.S_ISREG(mode):
+                what = "is a directory" if stat.S_ISDIR(mode) else "not a regular file"
+                raise InputError(f"{name}: {what}")
+            with FileIO(descriptor, closefd=False) as file:
+                yield file
+        finally:
+            os.close(descriptor)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{name}: {getattr(error, 'strerror', None) or error}") from None
 
 
 def sha256_of(path: str, stop: threading.Event | None = None) -> str:
     """Hex; "" for what is no readable regular file."""
     digest = hashlib.sha256()
     try:
-        # Opening a pipe would wait for its other end.
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb", buffering=0) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                return ""
+        with regular_file(path, path) as file:
             while data := file.read(_CHUNK):
                 digest.update(data)
                 if stop is not None and stop.is_set():
                     return ""
-    except (OSError, ValueError):
+    except InputError:
         return ""
     return digest.hexdigest()
 
@@ -72,5 +92,8 @@ class Hashing:
             self._left -= 1
             yield result
 
-    def close(self) -> None:
+    def __enter__(self) -> Hashing:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         self._stop.set()

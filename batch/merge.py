@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import os
 import time
-from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from trimray import OutputError, UsageError
 
 from .find import absolute
 from .gallery import check_gallery, write_gallery_of_state
-from .run import NOTHING_FOUND, Summary, exit_code
+from .run import NOTHING_FOUND, Summary
 from .shard import Shard, shard_of_state
 from .state import State
 
 
 @dataclass(frozen=True)
 class Merged:
-    """missing: shards that have left no state. open: those that did not finish."""
+    """missing: shards that have left no state. unfinished: those that did not finish."""
 
     summary: Summary
     missing: list[Shard]
@@ -63,24 +62,16 @@ def merge(output: str, *, gallery: bool = False) -> Merged:
         whole.finish(run)
         if gallery:
             write_gallery_of_state(folder, whole)
-        statuses: Counter[str] = Counter()
-        codes: set[int] = set()
-        for (status, code), number in whole.counts(run).items():
-            statuses[status] += number
-            codes.add(1 if status == "pending" else code)
+        summary = Summary.of(os.path.join(folder, Shard().state_name), run, whole.counts(run))
     missing = [Shard(k, n) for k in range(1, n + 1) if Shard(k, n) not in shards]
-    total = sum(statuses.values())
-    code = exit_code(codes) if total else NOTHING_FOUND
-    if missing or unfinished:
-        code = code if code not in (0, NOTHING_FOUND) else 1
-    summary = Summary(
-        state=os.path.join(folder, Shard().state_name),
-        run=run,
-        total=total,
-        skipped=total - statuses["pending"],
+    code = summary.exit_code if summary.total else NOTHING_FOUND
+    if (missing or unfinished) and code in (0, NOTHING_FOUND):
+        code = 1
+    summary = replace(
+        summary,
+        skipped=summary.total - summary.statuses["pending"],
         seconds=time.perf_counter() - start,
         exit_code=code,
-        statuses=statuses,
     )
     return Merged(summary, missing, unfinished)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +52,16 @@ class Summary:
     seconds: float = 0.0
     exit_code: int = 0
     statuses: Counter[str] = field(default_factory=Counter)
+
+    @classmethod
+    def of(cls, state: str, run: int, counts: Mapping[tuple[str, int], int]) -> Summary:
+        """counts: of files, by status and exit code."""
+        statuses: Counter[str] = Counter()
+        codes: set[int] = set()
+        for (status, code), number in counts.items():
+            statuses[status] += number
+            codes.add(1 if status == "pending" else code)
+        return cls(state, run, sum(statuses.values()), exit_code=exit_code(codes), statuses=statuses)
 
     @property
     def failed(self) -> int:
@@ -167,6 +177,17 @@ def _pool(workers: int) -> Draw:
 
     count = workers or len(os.sched_getaffinity(0))
     return lambda items, settings: draw_all(items, settings, count)
+
+
+@contextmanager
+def closing(outcomes: Iterator[Outcome]) -> Iterator[Iterator[Outcome]]:
+    """Closing a generator of outcomes ends its workers at once."""
+    try:
+        yield outcomes
+    finally:
+        close = getattr(outcomes, "close", None)
+        if close is not None:
+            close()
 
 
 def exit_code(codes: set[int]) -> int:

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from trimray import UsageError
-from trimray.formats import EXTENSIONS, format_of
+from trimray.formats import EXTENSIONS, extension_of, format_of, split_name
 from trimray.views import did_you_mean
 
 from .find import File
@@ -18,13 +18,6 @@ FIELDS = ("parent", "name", "ext", "format")
 STATE_NAME = "trimray-batch"
 
 _MOST_BYTES = 255  # of one name, on every usual file system
-_PACKED = (".gz", ".zip", ".z")
-_SHORT = {"jpeg": "jpg", "tiff": "tif"}
-
-
-def extension_of(format: str) -> str:
-    """What the name of a picture ends with, without the dot."""
-    return _SHORT.get(format, format)
 
 
 def format_of_template(template: str | None, format: str | None) -> str:
@@ -77,15 +70,6 @@ class Template:
             root, last = os.path.splitext(parts[-1])
             parts[-1] = f"{root}~{mark}{last}"
         return "/".join(_shortened(part) for part in parts)
-
-
-def split_name(name: str) -> tuple[str, str]:
-    """Stem and extension without the dot: "part.step.gz" -> ("part", "step.gz")."""
-    root, extension = os.path.splitext(name)
-    if extension.lower() in _PACKED:
-        root, inner = os.path.splitext(root)
-        extension = inner + extension
-    return (root, extension[1:]) if root else (name, "")
 
 
 def targets(files: Sequence[File], template: Template) -> list[str]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Iterable
-from contextlib import closing
 from dataclasses import replace
 
 from trimray import __version__
@@ -15,7 +13,7 @@ from .hashing import Hashing, sha256_of
 from .leftovers import remove_leftovers
 from .plan import Plan
 from .record import Item, Outcome, Settings
-from .run import Draw, Listener, Summary, exit_code
+from .run import Draw, Listener, Summary, closing
 from .state import Row, State
 
 _HASH_THREADS = 4
@@ -84,8 +82,7 @@ class Work:
 
     def draw(self, draw: Draw) -> None:
         """First what must be drawn for sure, while threads look which other files changed; then these."""
-        hashing = Hashing([file.path for file, _, _ in self._doubtful], _HASH_THREADS)
-        with closing(hashing):
+        with Hashing([file.path for file, _, _ in self._doubtful], _HASH_THREADS) as hashing:
             changed = self._changed(hashing.ready(_HEAD_START_SECONDS))
             if self._fresh:
                 changed += self._draw(draw, self._fresh, hashing)
@@ -97,15 +94,10 @@ class Work:
     def _draw(self, draw: Draw, paths: list[str], hashing: Hashing) -> list[str]:
         """Returns what was found to have changed meanwhile."""
         changed: list[str] = []
-        outcomes = draw((self._item(path) for path in paths), self._settings)
-        try:
+        with closing(draw((self._item(path) for path in paths), self._settings)) as outcomes:
             for outcome in outcomes:
                 self._finish(outcome)
                 changed += self._changed(hashing.ready())
-        finally:
-            close = getattr(outcomes, "close", None)
-            if close is not None:
-                close()
         for path in paths:
             if path in self._aims:
                 self._finish(self._lost(path))
@@ -186,19 +178,5 @@ class Work:
             self._listener.note(f"{path}: half a picture, removed")
 
     def summary(self, place: str, seconds: float) -> Summary:
-        statuses: Counter[str] = Counter()
-        codes: set[int] = set()
-        for (status, code), number in self._state.counts(self.run).items():
-            statuses[status] += number
-            codes.add(1 if status == "pending" else code)
-        total = sum(statuses.values())
-        return Summary(
-            state=place,
-            run=self.run,
-            total=total,
-            drawn=self._drawn,
-            skipped=self._skipped,
-            seconds=seconds,
-            exit_code=exit_code(codes),
-            statuses=statuses,
-        )
+        found = Summary.of(place, self.run, self._state.counts(self.run))
+        return replace(found, drawn=self._drawn, skipped=self._skipped, seconds=seconds)

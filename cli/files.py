@@ -7,10 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from trimray import OutputError, UsageError
-from trimray.formats import format_of, mesh_format_of, sequence_format_of
-
-_PACKED = (".gz", ".z", ".zip")
-_EXTENSION = {"jpeg": "jpg", "tiff": "tif"}
+from trimray.formats import extension_of, format_of, mesh_format_of, sequence_format_of, split_name
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ def plan(inputs: tuple[str, ...], output: str | None, format: str | None, kind: 
         target = output.replace("{name}", stem(source))
         if folder:
             chosen = kind.format_of("", format or kind.usual)
-            target = os.path.join(output, f"{stem(source)}.{_EXTENSION.get(chosen, chosen)}")
+            target = os.path.join(output, f"{stem(source)}.{extension_of(chosen)}")
         elif output == "-":
             chosen = kind.format_of("", format or kind.usual)
         else:
@@ -86,11 +83,7 @@ def stem(source: str) -> str:
     """The file's name without its extensions: "a/part.step.gz" -> "part"."""
     if source == "-":
         return "stdin"
-    name = os.path.basename(source.rstrip("/"))
-    root, extension = os.path.splitext(name)
-    if extension.lower() in _PACKED:
-        root = os.path.splitext(root)[0]
-    return root or name
+    return split_name(os.path.basename(source.rstrip("/")))[0]
 
 
 def check_target(target: str) -> None:

@@ -225,13 +225,10 @@ def _tell_remarks(name: str, report: Report, notes: bool) -> None:
 
 
 def tell_damage(name: str, report: Report) -> bool:
-    """One line where the file's text is damaged, since what was read of it may not be what was meant. True
-    when it is sound."""
-    damage = [issue for issue in report.issues if issue.kind in ("syntax", "knots")]
+    """Says where the file's text is damaged. True when it is sound."""
+    damage = report.damage()
     if damage:
-        more = f" and {len(damage) - 1} more" if len(damage) > 1 else ""
-        what = f"{damage[0].entity} {damage[0].reason}".strip()
-        say(f"{name}: the file is damaged and may be meant otherwise: {what}{more}")
+        say(f"{name}: {damage}")
     return not damage
 
 

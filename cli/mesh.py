@@ -47,13 +47,10 @@ def run(inputs: tuple[str, ...], **options: Any) -> int:
 
 
 def _problems(model: Model, mesh: TriMesh) -> list[str]:
-    lines = []
-    for issue in mesh.issues:
-        face = model.faces[issue.face]
-        where = face.name or face.part
-        kind = f"{face.kind} of {where}" if where else face.kind
-        lines.append(f"face {issue.face} ({kind}): its deviation is not proven: {issue.reason}")
-    return lines
+    return [
+        f"{model.faces[issue.face].call()}: its deviation is not proven: {issue.reason}"
+        for issue in mesh.issues
+    ]
 
 
 def _summary(name: str, mesh: TriMesh) -> str:

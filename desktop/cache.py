@@ -7,14 +7,13 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
 from trimray import EmptyError, OutputError
 from trimray.batch.record import Item, Outcome, Settings
-from trimray.batch.run import NOTHING_FOUND, Listener
+from trimray.batch.run import NOTHING_FOUND, Listener, closing, exit_code
 
 from .entries import (
     SIZES,
@@ -93,28 +92,14 @@ def fill_cache(
     files = (file.path for file in found.files)
     items = _items(files, pictures, failures, originals, filled, codes, listener)
     count = workers or len(os.sched_getaffinity(0))
-    with _closing(draw_all(items, settings, count, draw=draw_thumbnail)) as outcomes:
+    with closing(draw_all(items, settings, count, draw=draw_thumbnail)) as outcomes:
         for outcome in outcomes:
             _note_failure(outcome, originals.pop(outcome.path, None), failures)
             _count(outcome, filled, codes)
             listener.drawn(outcome)
     filled.seconds = time.monotonic() - start
-    if not filled.total:
-        filled.exit_code = NOTHING_FOUND
-    elif codes:
-        filled.exit_code = codes.pop() if len(codes) == 1 else 1
+    filled.exit_code = exit_code(codes) if filled.total else NOTHING_FOUND
     return filled
-
-
-@contextmanager
-def _closing(outcomes: Iterator[Outcome]) -> Iterator[Iterator[Outcome]]:
-    """Closing a generator of outcomes ends its workers at once."""
-    try:
-        yield outcomes
-    finally:
-        close = getattr(outcomes, "close", None)
-        if close is not None:
-            close()
 
 
 def _items(
