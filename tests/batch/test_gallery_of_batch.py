@@ -79,7 +79,7 @@ def test_the_command_writes_it_also_when_it_goes_on(tmp_path: Path, samples_dir:
     assert statuses(page) == {"bracket.step": "complete", "patch.step": "complete", "empty.step": "failed"}
 
 
-def test_what_was_interrupted_has_it_in_the_end(tmp_path: Path, samples_dir: Path) -> None:
+def test_what_was_interrupted_has_it_of_what_is_done_and_of_all_in_the_end(tmp_path: Path, samples_dir: Path) -> None:
     def interrupted(items: Iterable[Item], settings: Settings) -> Iterator[Outcome]:
         item = next(iter(items))
         yield Outcome(item.path, item.target, "failed", 3, "a reason", sha256=hash_file(item.path))
@@ -88,7 +88,7 @@ def test_what_was_interrupted_has_it_in_the_end(tmp_path: Path, samples_dir: Pat
     inputs = [str(samples_dir / name) for name in ("patch.step", "stand.stl")]
     with pytest.raises(KeyboardInterrupt):
         run(inputs, str(tmp_path), Settings(size=(32, 32)), gallery=True, draw=interrupted)
-    assert not (tmp_path / "index.html").exists()
+    assert [*statuses(tmp_path / "index.html").values()] == ["failed"]
     assert main(["batch", "-o", str(tmp_path), "--resume", "-q"]) == 1
     assert sorted(statuses(tmp_path / "index.html").values()) == ["complete", "failed"]
 
