@@ -50,7 +50,11 @@ def assert_roundtrip(
     message = check_comparisons(
         running,
         "roundtrip",
-        lambda: roundtrip(source, via=via, profile=profile, twice=twice, **options).comparisons,
+        lambda colors: (
+            roundtrip(
+                source, via=via, profile=profile, twice=twice, **{"colors": colors, **options}
+            ).comparisons
+        ),
         ignore=ignore,
     )
     if message:
@@ -83,7 +87,7 @@ def assert_same_geometry(
     message = check_comparisons(
         running,
         "compare",
-        lambda: [compare(*models, profile=profile, **options)],
+        lambda colors: [compare(*models, profile=profile, **{"colors": colors, **options})],
         sections=sections,
         ignore=ignore,
     )

@@ -35,6 +35,7 @@ def compare(
     size: tuple[int, int] = kSize,
     images: bool = True,
     inspect: bool = True,
+    colors: bool = True,
     points: int = 20000,
     seed: int = 0,
     names: tuple[str, str] | None = None,
@@ -49,6 +50,7 @@ def compare(
         images: as PNG, too, with an overlay of what differs.
     inspect: ask OpenCascade for mass properties; else volumes are those of a mesh, and less precise, as they
         are of Models, which bring nothing else. Where it cannot say, the comparison is not complete.
+    colors: compare those, too, of faces and in pictures.
     points: at least so many on each model are held against the other, by seed.
     names: what messages call the two. progress: called with a section. options: of ``trimray.load``.
 
@@ -77,7 +79,10 @@ def compare(
     matching = match(sides[0], sides[1])
     findings += work.run(
         "structure",
-        lambda *_: [*compare_structure(matching, tolerances), *compare_colors(matching, tolerances)],
+        lambda _a, _b, t: [
+            *compare_structure(matching, t),
+            *(compare_colors(matching, t) if colors else ()),
+        ],
     )
     findings += work.run("topology", lambda x, y, _: compare_topology(x, y))
     findings += work.run("mass", lambda x, y, t: [*_uninspected(x, y), *compare_mass(x, y, t)])
@@ -90,7 +95,9 @@ def compare(
     )
 
     def draw(x: Side, y: Side, t: Tolerances) -> list[Finding]:
-        differences, made = compare_pictures(x, y, t, views=views, size=size, images=images, threads=threads)
+        differences, made = compare_pictures(
+            x, y, t, views=views, size=size, images=images, colors=colors, threads=threads
+        )
         drawn.extend(made)
         return differences
 

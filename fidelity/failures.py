@@ -17,7 +17,6 @@ from .report_html import to_html
 from .report_text import line_of, summary
 from .result import Command, Result
 from .running import FAILURE, Running
-from .tolerances import PROFILES
 
 # Findings that a message shows, those of one name, and views whose pictures are saved.
 _FINDINGS = 8
@@ -30,18 +29,23 @@ _OURS = (".a.png", ".b.png", ".overlay.png", ".golden.png", ".now.png", "report.
 def check_comparisons(
     running: Running,
     command: Command,
-    make: Callable[[], Sequence[Comparison]],
+    make: Callable[[bool], Sequence[Comparison]],
     *,
     sections: Sequence[str] = SECTIONS,
     ignore: str | Sequence[str] = (),
 ) -> str:
-    """What differs, "" for nothing. sections: those that count. ignore: see ``judged``. Raises UsageError."""
+    """What differs, "" for nothing. Raises UsageError.
+
+    make: of whether colours count, in pictures, too. sections: those that count. ignore: patterns of names or
+    sections of findings.
+    """
     wrong = set(sections) - set(SECTIONS)
     if wrong or isinstance(sections, str):
         raise trimray.UsageError(f"sections: not all of {sections!r} are among: {', '.join(SECTIONS)}")
     patterns = [ignore] if isinstance(ignore, str) else list(ignore)
     try:
-        comparisons = [judged(comparison, sections, patterns) for comparison in make()]
+        colors = "structure" in sections and not _is_any("colour", "structure", patterns)
+        comparisons = [_judged(comparison, sections, patterns) for comparison in make(colors)]
     except trimray.UsageError:
         raise
     except trimray.Error as error:
@@ -56,16 +60,12 @@ def check_comparisons(
     return "\n".join(line for comparison in failed for line in _lines(comparison)) + save(running, files)
 
 
-def judged(comparison: Comparison, sections: Sequence[str], ignore: Sequence[str]) -> Comparison:
-    """What counts of a comparison, and the verdict on that.
-
-    ignore: patterns of names or sections of findings. Where colours do not count, nor do they in pictures.
-    """
+def _judged(comparison: Comparison, sections: Sequence[str], ignore: Sequence[str]) -> Comparison:
+    """What counts of a comparison, and the verdict on that."""
     if comparison.verdict in ("failed", "empty"):
         return comparison
-    no_colors = "structure" not in sections or _is_any("colour", "structure", ignore)
     findings = tuple(
-        _without_color(finding, comparison) if no_colors and finding.section == "pictures" else finding
+        finding
         for finding in comparison.findings
         if finding.section in sections and not _is_any(finding.name, finding.section, ignore)
     )
@@ -74,16 +74,6 @@ def judged(comparison: Comparison, sections: Sequence[str], ignore: Sequence[str
 
 def _is_any(name: str, section: str, patterns: Sequence[str]) -> bool:
     return any(fnmatch.fnmatchcase(word, pattern) for pattern in patterns for word in (name, section))
-
-
-def _without_color(finding: Finding, comparison: Comparison) -> Finding:
-    """A view's finding, of shapes alone."""
-    (counts, *_) = [p.differing for p in comparison.pictures if p.view == finding.name] or [{}]
-    shapes = {plane: count for plane, count in counts.items() if plane != "color" and count}
-    if finding.same or not counts.get("color"):
-        return finding
-    same = sum(shapes.values()) <= PROFILES[comparison.profile].pixels
-    return replace(finding, same=same, reason=", ".join(f"{n} in {name}" for name, n in shapes.items()))
 
 
 def _lines(comparison: Comparison) -> list[str]:

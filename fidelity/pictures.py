@@ -36,7 +36,8 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Seen:
-    """What rays meet first. depth: (n,) mm, inf for nothing. normal: (n, 3). color: (n, 4) 8 bit."""
+    """What rays meet first. depth: (n,) mm, inf for nothing. normal: (n, 3). color: (n, 4) 8 bit; (n, 0)
+    where colours are not compared."""
 
     depth: Float64s
     normal: Float64s
@@ -63,16 +64,17 @@ def compare_pictures(
     views: Sequence[str] = VIEWS,
     size: tuple[int, int] = kSize,
     images: bool = True,
+    colors: bool = True,
     threads: int = 0,
 ) -> tuple[list[Finding], list[Picture]]:
-    """images: make the PNG of the pictures, too."""
+    """images: make the PNG of the pictures, too. colors: compare those, too, where both formats hold some."""
     drawable = [side.diagonal > 0.0 for side in (a, b)]
     if not all(drawable):
         return [not_comparable("pictures", "pictures", drawable, "no face can be drawn")], []
     limits = Limits(
         tolerances.depth * max(a.diagonal, b.diagonal),
         float(np.cos(tolerances.normal)),
-        tolerances.color if a.holds("colors") and b.holds("colors") else None,
+        tolerances.color if colors and a.holds("colors") and b.holds("colors") else None,
     )
     findings: list[Finding] = []
     pictures: list[Picture] = []
@@ -109,7 +111,9 @@ def differing_pixels(
         Seen(
             frame["depth"].ravel(),
             frame["normal"].reshape(-1, 3),
-            known.of(frame["instance"].ravel(), frame["face"].ravel()),
+            known.of(frame["instance"].ravel(), frame["face"].ravel())
+            if limits.color is not None
+            else np.zeros((frame["depth"].size, 0), np.int16),
         )
         for frame, known in zip(frames, colors, strict=True)
     ]

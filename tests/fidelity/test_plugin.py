@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import trimray
-from trimray.fidelity import golden, pytest_plugin, running
+from trimray.fidelity import colors, golden, pictures, pytest_plugin, running
 from trimray.fidelity.running import Running
 from trimray.image_io import decode
 from trimray.testing import assert_matches_picture, assert_roundtrip, assert_same_geometry
@@ -238,7 +238,28 @@ def test_names_and_colours_are_no_geometry(test_folder: Running) -> None:
     assert "colour" in text and "name" in text
     text = message_of(lambda: assert_same_geometry(red, blue, **SMALL, sections=everything, ignore="*name*"))
     assert "colour" in text and "name" not in text
-    assert_same_geometry(red, blue, **SMALL, sections=everything, ignore=["*name*", "colour*"])
+    for pattern in ("colour", "colour*"):
+        assert_same_geometry(red, blue, **SMALL, sections=everything, ignore=["*name*", pattern])
+
+
+def test_colours_that_do_not_count_are_not_compared(
+    test_folder: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither of faces nor in pictures: all of that goes through colors_of."""
+    asked: list[int] = []
+
+    def colors_of(side: Any, instance: int, faces: Any) -> Any:
+        asked.append(instance)
+        return true(side, instance, faces)
+
+    true = colors.colors_of
+    for module in (colors, pictures):
+        monkeypatch.setattr(module, "colors_of", colors_of)
+    assert_same_geometry(part(), part(), **SMALL)
+    assert_roundtrip(part(), ignore="colour", **SMALL)
+    assert asked == []
+    assert_same_geometry(part(), part(), **SMALL, sections=("structure", "pictures"))
+    assert asked
 
 
 def test_whatever_holds_a_shape_is_compared(test_folder: Running) -> None:
