@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import string
+import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 
@@ -101,15 +102,24 @@ def _marked_in_full(template: Template, file: File) -> str:
 
 
 def _clashes(paths: list[str]) -> list[int]:
-    """Which are not alone, or also a folder of others, or a file that a batch writes beside the pictures."""
-    counts = Counter(paths)
+    """Which are not alone, or also a folder of others, or a file that a batch writes beside the pictures; on
+    file systems that ignore case, too."""
+    keys = [_key(path) for path in paths]
+    counts = Counter(keys)
     folders: set[str] = set()
-    for path in paths:
+    for path in keys:
         parent = path.rpartition("/")[0]
         while parent and parent not in folders:
             folders.add(parent)
             parent = parent.rpartition("/")[0]
-    return [k for k, path in enumerate(paths) if counts[path] > 1 or path in folders or _reserved(path)]
+    return [k for k, path in enumerate(keys) if counts[path] > 1 or path in folders or _reserved(path)]
+
+
+def _key(path: str) -> str:
+    """The same for paths that some file system takes for one, however letters are cased and composed."""
+    if path.isascii():
+        return path.lower()
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())
 
 
 def _reserved(path: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -197,6 +198,22 @@ def test_where_names_do_not_help_a_mark_of_the_path_does() -> None:
     assert targets(files[::-1], Template(None, "png")) == [second, first]
     many = aims(*(f"{k}/a.step" for k in range(50)), template="same.png")
     assert len(set(many)) == 50 and all(name.startswith("same~") for name in many)
+
+
+def test_names_that_differ_in_case_alone_do_not_share_a_picture() -> None:
+    """Some file systems take them for one, or names whose accents are composed otherwise."""
+    upper, lower, other = aims("Part.step", "part.step", "peg.step")
+    assert upper.startswith("Part.step~") and lower.startswith("part.step~") and other == "peg.png"
+    assert upper.casefold() != lower.casefold()
+    assert aims("Part.step", "part.iges") == ["Part.step.png", "part.iges.png"]
+    composed, apart = aims("caf\u00e9.step", "cafe\u0301.step")
+    assert len({unicodedata.normalize("NFC", name) for name in (composed, apart)}) == 2
+    strasse, street = aims("STRASSE.step", "stra\u00dfe.step")
+    assert strasse.casefold() != street.casefold()
+    assert aims("A/a.step", "a/b.step") == ["A/a.png", "a/b.png"]  # one folder, then
+    assert aims("x.step", "X.PNG/a.step")[0] == "x.step.png"
+    assert aims("Index.step", template="{name}.HTML") != ["Index.HTML"]
+    assert aims("\udcff.step", "\udcfe.step") == ["\udcff.png", "\udcfe.png"]
 
 
 def test_a_picture_is_no_folder_of_others_and_no_file_of_the_batch() -> None:
