@@ -60,7 +60,7 @@ def write_gallery(
     rows = sorted(outcomes, key=lambda outcome: (outcome.path, outcome.target))
     root = _root(rows)
     data = {
-        "root": shown(root),
+        "root": shown(os.path.basename(root)),
         "statuses": STATUSES,
         "aspect": settings.size[1] / settings.size[0] if settings else 1.0,
         "rows": [_row(outcome, folder, root, (sizes or {}).get(outcome.path, -1)) for outcome in rows],
@@ -102,7 +102,8 @@ def write_gallery_of_state(folder: str, state: State) -> str:
 
 
 def _root(outcomes: list[Outcome]) -> str:
-    """The deepest folder that holds all inputs; the page tells it once and paths below it."""
+    """The deepest folder that holds all inputs. The page tells its name, and paths below it: where that lies
+    on somebody's disk is nobody's business who is given the page."""
     folders = {os.path.dirname(os.path.abspath(outcome.path)) for outcome in outcomes}
     return os.path.commonpath(folders) if folders else ""
 
@@ -121,7 +122,7 @@ def _row(outcome: Outcome, folder: str, root: str, size: int) -> list[str | int 
         size,
         round(outcome.covered, 4),
         outcome.sha256,
-        _reason(outcome),
+        _reason(outcome, (root, folder)),
     ]
 
 
@@ -130,11 +131,13 @@ def _link(target: str, folder: str) -> str:
     return quote_from_bytes(os.fsencode(os.path.relpath(os.path.abspath(target), folder)), safe="/")
 
 
-def _reason(outcome: Outcome) -> str:
-    """Without path and status in front, which stand beside it already."""
+def _reason(outcome: Outcome, folders: tuple[str, str]) -> str:
+    """Without path and status in front, which stand beside it already, and without where the folders lie."""
     text = outcome.reason
     for known in (outcome.path, os.path.basename(outcome.path), outcome.status):
         text = text.removeprefix(f"{known}: ")
+    for known in folders:
+        text = text.replace(f"{known.rstrip('/')}/", "") if known != "/" else text
     text = shown(text)
     return text if len(text) <= _LONGEST_REASON else f"{text[: _LONGEST_REASON - 1]}…"
 

@@ -86,6 +86,21 @@ def test_a_failed_file_has_no_link_and_its_reason_not_its_path_twice(tmp_path: P
     assert data_of(Path(write_gallery(tmp_path, [blank])))["rows"][0][-1] == "no pixel"
 
 
+def test_nobody_learns_where_the_folders_lie(tmp_path: Path) -> None:
+    secret = tmp_path / "of somebody"
+    (secret / "out").mkdir(parents=True)
+    paths = [f"{secret}/lib/{name}" for name in ("a.step", "sub/b.step")]
+    failed = Outcome(
+        paths[1], "", "failed", reason=f"{secret}/lib/sub/c.step: missing; {secret}/out/b.png: not written"
+    )
+    drawn = Outcome(paths[0], f"{secret}/out/a.png", "complete")
+    page = Path(write_gallery(secret / "out", [drawn, failed]))
+    assert "of somebody" not in page.read_text(encoding="utf-8")
+    data = data_of(page)
+    assert data["root"] == "lib" and [row[0] for row in data["rows"]] == ["a.step", "sub/b.step"]
+    assert data["rows"][1][-1] == "sub/c.step: missing; b.png: not written"
+
+
 def test_no_name_ends_the_script_or_the_title(tmp_path: Path) -> None:
     hostile = "</script><script>alert(1)</script><!--{{script}}\u2028\u202e"
     reason = "</title></script>{{data}}"

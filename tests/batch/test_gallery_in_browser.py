@@ -96,7 +96,7 @@ def test_a_click_opens_the_large_picture_with_its_facts(open_page: Any, gallery:
     for part in (
         "partial",
         "1 face not drawn: #12: open loop",
-        "/in/part 5.step",
+        "Path\nin/part 5.step",
         "0.28 s",
         f"{4:064x}",
         "996 B",
