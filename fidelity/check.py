@@ -124,7 +124,7 @@ def _undrawn(model: trimray.Model) -> Iterator[Finding]:
         yield Finding("file", "faces that cannot be drawn", 0, 0, True)
     for face in faces:
         yield Finding(
-            "file", "drawable", True, False, False, missing=True, where=_face(model, face.number),
+            "file", "drawable", True, False, False, missing=True, where=face.call(),
             reason=str(face.status),
         )  # fmt: skip
 
@@ -233,12 +233,6 @@ def _edges(inspection: Inspection) -> Iterator[Finding]:
 def _edge(row: dict[str, Any]) -> str:
     faces = [str(face) for face in row["faces"] if face >= 0]
     return f"edge {row['edge']} between faces {' and '.join(faces)}"
-
-
-def _face(model: trimray.Model, number: int) -> str:
-    face = model.faces[number]
-    name = face.name or face.part
-    return f"face {number} ({face.kind}{f' of {name}' if name else ''})"
 
 
 def _plain(value: float | tuple[float, ...] | None) -> Any:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .findings import found, limited, not_compared
+from .findings import found, limited, not_held
 from .match import Matching
 from .record import Finding
 from .side import Int64s, Side
@@ -37,8 +37,7 @@ def compare_colors(matching: Matching, tolerances: Tolerances) -> list[Finding]:
     """Of all pairs of faces of all pairs of parts."""
     a, b = matching.a, matching.b
     if not (a.holds("colors") and b.holds("colors")):
-        lacking = a if not a.holds("colors") else b
-        return [not_compared("structure", "colours", f"{lacking.format or 'it'} holds none")]
+        return [not_held("structure", "colors", a, b, "colours")]
     wrong: list[Finding] = []
     largest = 0
     seen: tuple[set[bytes], set[bytes]] = set(), set()

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from .record import NOT_COMPARED, Finding, Section
+from .side import Side
 
 # Findings of one name that are listed singly.
 kMany = 20
@@ -38,6 +39,12 @@ def count(section: Section, name: str, values: Sequence[Any], where: str = "") -
 def not_compared(section: Section, name: str, reason: str) -> Finding:
     """What one of the two cannot have: no difference."""
     return Finding(section, name, None, None, True, reason=f"{NOT_COMPARED}: {reason}")
+
+
+def not_held(section: Section, what: str, a: Side, b: Side, name: str = "") -> Finding:
+    """What the format of one of the two cannot hold. what: as of Side.holds. name: where it is another."""
+    lacking = next(side for side in (a, b) if not side.holds(what))
+    return not_compared(section, name or what, f"{lacking.format or 'it'} holds none")
 
 
 def not_comparable(section: Section, name: str, values: Sequence[Any], reason: str) -> Finding:

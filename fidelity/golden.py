@@ -22,7 +22,6 @@ from trimray.version import __version__
 from .failures import save
 from .overlay import boxes, overlay
 from .running import PICTURE, Running
-from .side import Side
 
 # Faces that a failure names.
 _FACES = 3
@@ -161,10 +160,9 @@ def _faces(shot: _Shot, wrong: npt.NDArray[np.bool_]) -> list[str]:
     plain = {key: value for key, value in shot.look.items() if key in ("size", "view", "projection", "up")}
     faces = shot.model.render(**plain, aovs="face", samples=1)["face"][wrong]
     numbers, counts = np.unique(faces, return_counts=True)
-    side = Side("", shot.model)
-    order = np.argsort(-counts, kind="stable")[:_FACES].tolist()
-    called = ["nothing" if numbers[i] < 0 else side.where(int(numbers[i])) for i in order]
-    return [f"{name} in {counts[i]} px" for name, i in zip(called, order, strict=True)]
+    order = np.argsort(-counts, kind="stable")[:_FACES]
+    names = ["nothing" if n < 0 else shot.model.faces[n].call() for n in numbers[order].tolist()]
+    return [f"{name} in {count} px" for name, count in zip(names, counts[order].tolist(), strict=True)]
 
 
 def _overlay(golden: Rgba, now: Rgba, wrong: npt.NDArray[np.bool_]) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .parts import PlacedPart, face_centers, kind_families, placed_parts
-from .side import Float64s, Int64s, Side
+from .side import Float64s, Int64s, Side, placed
 
 # Points farther apart than this share of the diagonal are not taken for the same where only the place says
 # that they are.
@@ -74,8 +74,7 @@ class Matching:
                 for s, p in zip((self.a, self.b), key, strict=True)
             ]
             points = [
-                c[n] @ part.placement[:, :3].T + part.placement[:, 3]
-                for c, n, part in zip(centers, numbers, (a, b), strict=True)
+                placed(c[n], part.placement) for c, n, part in zip(centers, numbers, (a, b), strict=True)
             ]
             found: list[Int64s] = []
             for kind in np.unique(kinds[0][numbers[0]]):
@@ -128,8 +127,7 @@ def _in_world(side: Side) -> tuple[Int64s, Float64s]:
     for instance, prototype in enumerate(side.prototypes.tolist()):
         numbers = np.arange(*side.arrays["prototypes"]["faces"][prototype])
         places.append(np.column_stack([np.full(len(numbers), instance), numbers]))
-        placement = side.placements[instance]
-        points.append(centers[numbers] @ placement[:, :3].T + placement[:, 3])
+        points.append(placed(centers[numbers], side.placements[instance]))
     return np.concatenate(places), np.concatenate(points)
 
 

@@ -14,7 +14,7 @@ from .findings import found, limited
 from .match import Matching, nearest_pairs
 from .parts import edge_sums
 from .record import Finding
-from .side import Float64s, Int64s, Side
+from .side import Float64s, Int64s, Side, placed
 from .tolerances import Tolerances
 
 # Edge::band is so many times what was measured (core/nurbs/build_store.cpp).
@@ -37,7 +37,7 @@ def compare_pcurves(matching: Matching, tolerances: Tolerances) -> list[Finding]
         seen.add(key)
         edges = [_edges(side, prototype) for side, prototype in zip((a, b), key, strict=True)]
         places = [
-            centers @ part.placement[:, :3].T + part.placement[:, 3]
+            placed(centers, part.placement)
             for (_, centers), part in zip(edges, (part_a, part_b), strict=True)
         ]
         pairs = nearest_pairs(places[0], places[1], 0.01 * matching.scale)

@@ -99,9 +99,12 @@ class Side:
 
     def where(self, face: int) -> str:
         """ "face 12 (plane of Lid)"."""
-        f = self.sound.faces[face]
-        name = f.name or f.part
-        return f"face {face} ({f.kind}{f' of {name}' if name else ''})"
+        return self.sound.faces[face].call()
+
+
+def placed(points: Float64s, placement: Float64s) -> Float64s:
+    """(n, 3): points of a part in the world. placement: (3, 4)."""
+    return points @ placement[:, :3].T + placement[:, 3]
 
 
 def read(source: Any, *, name: str | None = None, inspect: bool = True, **options: Any) -> Side:

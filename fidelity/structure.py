@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from .findings import count, found, limited, not_compared
+from .findings import count, found, limited, not_held
 from .match import Matching
 from .parts import PlacedPart
 from .record import Finding
-from .side import Float64s, Side
+from .side import Float64s, Side, placed
 from .tolerances import Tolerances
 
 
 def compare_structure(matching: Matching, tolerances: Tolerances) -> list[Finding]:
     a, b = matching.a, matching.b
     if matching.flat:
-        return [_unit(a, b), _cannot("tree", a, b), *_layers(a, b)]
+        return [_unit(a, b), not_held("structure", "tree", a, b), *_layers(a, b)]
     findings = [
         _unit(a, b),
         count("structure", "instances", (a.prototypes.size, b.prototypes.size)),
@@ -32,20 +32,15 @@ def compare_structure(matching: Matching, tolerances: Tolerances) -> list[Findin
         if a.holds("tree") and b.holds("tree"):
             findings += _levels(matching)
     else:
-        findings.append(_cannot("names", a, b))
+        findings.append(not_held("structure", "names", a, b))
     return [*findings, *_layers(a, b)]
-
-
-def _cannot(what: str, a: Side, b: Side) -> Finding:
-    lacking = next(s for s in (a, b) if not s.holds(what))
-    return not_compared("structure", what, f"{lacking.format or 'it'} holds none")
 
 
 def _unit(a: Side, b: Side) -> Finding:
     units = a.sound.unit, b.sound.unit
     if a.holds("unit") and b.holds("unit"):
         return found("structure", "unit", units, units[0] == units[1])
-    return _cannot("unit", a, b)
+    return not_held("structure", "unit", a, b)
 
 
 def _lonely(matching: Matching) -> list[Finding]:
@@ -95,18 +90,15 @@ def displacement(a: PlacedPart, b: PlacedPart, scale: float) -> float:
     moved a part within its frame, the vertices in the world do, if the placements differ at all.
     """
     corners = _corners(a.shape.vertices)
-    by_frame = float(np.linalg.norm(_place(a, corners) - _place(b, corners), axis=1).max(initial=0.0))
+    moved = placed(corners, a.placement) - placed(corners, b.placement)
+    by_frame = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
     va, vb = a.shape.vertices, b.shape.vertices
     if by_frame == 0.0 or (va.shape == vb.shape and np.allclose(va, vb, rtol=0.0, atol=1e-9 * scale)):
         return by_frame
     if len(va) == len(vb) and len(va) * len(vb) <= 1 << 22:
-        gaps = np.linalg.norm(_place(a, va)[:, None] - _place(b, vb)[None], axis=2)
+        gaps = np.linalg.norm(placed(va, a.placement)[:, None] - placed(vb, b.placement)[None], axis=2)
         return min(by_frame, float(max(gaps.min(axis=0).max(), gaps.min(axis=1).max())))
     return min(by_frame, float(np.linalg.norm(a.center - b.center)))
-
-
-def _place(part: PlacedPart, points: Float64s) -> Float64s:
-    return points @ part.placement[:, :3].T + part.placement[:, 3]
 
 
 def _corners(points: Float64s) -> Float64s:
@@ -171,7 +163,7 @@ def _above(part: PlacedPart) -> tuple[str, ...]:
 def _layers(a: Side, b: Side) -> list[Finding]:
     """Their names, and how many faces and instances are on them."""
     if not (a.holds("layers") and b.holds("layers")):
-        return [_cannot("layers", a, b)]
+        return [not_held("structure", "layers", a, b)]
     sides = [
         {
             name: {"faces": len(on.faces), "instances": len(on.instances)}
