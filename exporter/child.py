@@ -14,7 +14,7 @@ from ..importer.input_file import open_input
 from ..importer.report import Report
 
 if TYPE_CHECKING:
-    from .from_store import Rebuilt
+    from .document import Writable
 
 
 def main(argument: str) -> None:
@@ -43,7 +43,7 @@ def _write(request: dict[str, Any], pipe: BinaryIO) -> None:
     wire.send(pipe, {"answer": answer})
 
 
-def _model(request: dict[str, Any], report: Report) -> Rebuilt:
+def _model(request: dict[str, Any], report: Report) -> Writable:
     path, name = request["path"], request["name"]
     with report.stage("load"):
         from ..importer import occt

@@ -17,8 +17,11 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
+from ..importer.model import kNoColor
+from ..importer.occt import new_document
+from ..importer.shapes import compound_of
+
 Color = Sequence[float]  # sRGB-encoded, straight alpha; a negative red: none
-kNoColor: Color = (-1.0, 0.0, 0.0, 1.0)
 _SURFACE = XCAFDoc_ColorType.XCAFDoc_ColorSurf
 # How far the rows of a placement may be from an orthonormal right-handed frame.
 _RIGID = 1e-9
@@ -45,6 +48,43 @@ class Node:
     part: int
     placement: tuple[float, ...]  # 12 numbers, rows, to the parent
     color: Color = kNoColor
+
+
+Issue = tuple[int, str]  # (face number, or -1, reason)
+
+
+@dataclass
+class Writable:
+    """A model in OpenCascade. unit: the file's, by our name. issues: what could not be said."""
+
+    document: TDocStd_Document
+    world: TopoDS_Shape  # all instances in their places
+    unit: str = "mm"
+    issues: list[Issue] = field(default_factory=list)
+
+
+def writable(
+    meta: dict[str, Any],
+    parts: Sequence[Part],
+    prototypes: Any,
+    placements: Any,
+    colors: Any,
+    issues: Sequence[Issue] = (),
+) -> Writable:
+    """A model of parts, with tree, names and unit as its meta has them.
+
+    prototypes (n,), placements (n, 12), colors (n, 4): of the instances. issues: known already.
+    """
+    document = new_document()
+    filled = DocumentBuilder(document, parts, nodes_of(meta, prototypes, placements, colors))
+    world = compound_of(
+        [
+            parts[part].shape.Moved(location_of(rows.reshape(3, 4)), False)
+            for part, rows in zip(prototypes.tolist(), placements, strict=True)
+        ]
+    )
+    unit = str(meta.get("unit", "mm"))
+    return Writable(document, world, unit, [*issues, *((-1, text) for text in filled.issues)])
 
 
 def nodes_of(meta: dict[str, Any], prototypes: Any, placements: Any, colors: Any) -> list[Node]:

@@ -11,7 +11,7 @@ from OCP.Interface import Interface_Static
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 
 from ..importer.errors import OutputError
-from .from_store import Rebuilt
+from .document import Writable
 from .names import restore_names
 
 SCHEMAS = {"ap203": "AP203", "ap214": "AP214IS", "ap242": "AP242DIS"}
@@ -22,7 +22,7 @@ _UNITS = {
 }  # fmt: skip
 
 
-def write_file(model: Rebuilt, path: str, via: str, schema: str, *, faithful: bool = False) -> None:
+def write_file(model: Writable, path: str, via: str, schema: str, *, faithful: bool = False) -> None:
     """Raises OutputError.
 
     faithful: mend what OpenCascade loses in STEP files where it can be mended. The file's uncertainty is the
@@ -39,7 +39,7 @@ def write_file(model: Rebuilt, path: str, via: str, schema: str, *, faithful: bo
         raise OutputError(f"{path}: OpenCascade cannot write this model as {via.upper()}")
 
 
-def _write_step(model: Rebuilt, path: str, schema: str, faithful: bool) -> bool:
+def _write_step(model: Writable, path: str, schema: str, faithful: bool) -> bool:
     _set("write.step.schema", SCHEMAS[schema])
     _set("write.step.unit", _UNITS.get(model.unit, "MM"))
     _set("write.surfacecurve.mode", 1)
@@ -53,7 +53,7 @@ def _write_step(model: Rebuilt, path: str, schema: str, faithful: bool) -> bool:
     return True
 
 
-def _step_written(model: Rebuilt, path: str, faithful: bool, *, tolerances: bool) -> bool:
+def _step_written(model: Writable, path: str, faithful: bool, *, tolerances: bool) -> bool:
     writer = STEPCAFControl_Writer()
     for switch in ("Color", "Name", "Layer", "Props", "Material", "SHUO"):
         getattr(writer, f"Set{switch}Mode")(True)
@@ -65,7 +65,7 @@ def _step_written(model: Rebuilt, path: str, faithful: bool, *, tolerances: bool
     return bool(writer.Write(path) == IFSelect_ReturnStatus.IFSelect_RetDone)
 
 
-def _write_iges(model: Rebuilt, path: str) -> bool:
+def _write_iges(model: Writable, path: str) -> bool:
     _set("write.iges.unit", _UNITS.get(model.unit, "MM"))
     _set("write.iges.brep.mode", 1)
     writer = IGESCAFControl_Writer()

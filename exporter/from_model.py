@@ -2,21 +2,16 @@
 
 import io
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from OCP.BinTools import BinTools_ShapeSet
 
-from trimray.importer.shapes import compound_of
-
 from ..importer import wire
-from ..importer.model import BrepModel
-from ..importer.occt import faces_of, new_document
-from .document import Color, DocumentBuilder, Part, kNoColor, location_of, nodes_of
-from .from_store import Rebuilt
+from ..importer.model import BrepModel, kNoColor
+from ..importer.occt import faces_of
+from .document import Color, Part, Writable, writable
 
 
-def document_of(model: BrepModel) -> Rebuilt:
+def document_of(model: BrepModel) -> Writable:
     """The model's own shapes, in a document with its tree, names and colours."""
     shapes = BinTools_ShapeSet()
     shapes.Read(io.BytesIO(model.brep))
@@ -28,7 +23,6 @@ def document_of(model: BrepModel) -> Rebuilt:
         Part(shapes.Shape(root), name, color)
         for root, name, color in zip(roots, model.prototype_names, part_colors, strict=True)
     ]
-    about: dict[str, Any] = model.meta()
     holders = [faces_of(part.shape) for part in parts]
     for number in sorted(colors.keys() | model.face_names.keys()):
         face = shapes.Shape(number)
@@ -36,17 +30,9 @@ def document_of(model: BrepModel) -> Rebuilt:
         for part, held in zip(parts, holders, strict=True):
             if held.Contains(face):
                 part.faces.append(entry)
-    instances, placements = model.instance_prototypes.tolist(), model.instance_placements
-    nodes = nodes_of(about, instances, placements, model.instance_colors)
-    document = new_document()
-    filled = DocumentBuilder(document, parts, nodes)
-    world = compound_of(
-        [
-            parts[part].shape.Moved(location_of(np.reshape(rows, (3, 4))), False)
-            for part, rows in zip(instances, placements, strict=True)
-        ]
+    return writable(
+        model.meta(), parts, model.instance_prototypes, model.instance_placements, model.instance_colors
     )
-    return Rebuilt(document, world, model.unit, [(-1, text) for text in filled.issues])
 
 
 def save_model(model: BrepModel, path: Path) -> None:

@@ -5,30 +5,12 @@ approximation. What this proves when the result is compared with the source: the
 """
 
 import json
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from OCP.TDocStd import TDocStd_Document
-from OCP.TopoDS import TopoDS_Shape
 
-from trimray.importer.shapes import compound_of
-
-from ..importer.occt import new_document
-from .document import DocumentBuilder, Part, location_of, nodes_of
+from .document import Part, Writable, writable
 from .topology import PrototypeBuilder
-
-Issue = tuple[int, str]  # (face number, or -1, reason)
-
-
-@dataclass
-class Rebuilt:
-    """A model in OpenCascade. unit: the file's, by our name. issues: what could not be said."""
-
-    document: TDocStd_Document
-    world: TopoDS_Shape  # all instances in their places
-    unit: str = "mm"
-    issues: list[Issue] = field(default_factory=list)
 
 
 def build_parts(arrays: dict[str, Any]) -> list[PrototypeBuilder]:
@@ -36,7 +18,7 @@ def build_parts(arrays: dict[str, Any]) -> list[PrototypeBuilder]:
     return [PrototypeBuilder(arrays, i) for i in range(len(arrays["prototypes"]))]
 
 
-def rebuild(arrays: dict[str, Any], meta: str) -> Rebuilt:
+def rebuild(arrays: dict[str, Any], meta: str) -> Writable:
     """arrays, meta: of a Store. Faces that cannot be said in OpenCascade are left out and listed."""
     about = json.loads(meta) if meta else {}
     built = build_parts(arrays)
@@ -63,16 +45,5 @@ def rebuild(arrays: dict[str, Any], meta: str) -> Rebuilt:
             part.face_layers += [(face, layer) for face in on_it]
     instances = arrays["instances"]
     placements = np.ascontiguousarray(instances["placement"].transpose(0, 2, 1)).reshape(-1, 12)
-    nodes = nodes_of(about, instances["prototype"].tolist(), placements, instances["color"])
-    document = new_document()
-    filled = DocumentBuilder(document, parts, nodes)
-    world = compound_of(
-        [
-            parts[prototype].shape.Moved(location_of(rows.reshape(3, 4)), False)
-            for prototype, rows in zip(instances["prototype"].tolist(), placements, strict=True)
-        ]
-    )
     issues = [issue for prototype in built for issue in prototype.issues]
-    return Rebuilt(
-        document, world, str(about.get("unit", "mm")), issues + [(-1, text) for text in filled.issues]
-    )
+    return writable(about, parts, instances["prototype"], placements, instances["color"], issues)

@@ -13,13 +13,13 @@ from ..importer.report import Report
 from ..importer.shapes import compound_of
 from ..importer.step_document import file_unit, open_step
 from ..importer.step_text import StepText
-from .from_store import Rebuilt
+from .document import Writable
 
 # What the writer can write again.
 _MODES = ("Color", "Name", "Layer", "Props", "GDT", "Mat", "View", "Meta", "SHUO")
 
 
-def read_document(path: str, *, name: str, heal: str, precision: float | None, report: Report) -> Rebuilt:
+def read_document(path: str, *, name: str, heal: str, precision: float | None, report: Report) -> Writable:
     """Read as the importer does, but with materials, tolerances and properties. Raises InputError."""
     text = StepText(Path(path).read_bytes())
     reader, document = open_step(
@@ -31,4 +31,4 @@ def read_document(path: str, *, name: str, heal: str, precision: float | None, r
     world = compound_of([XCAFDoc_ShapeTool.GetShape_s(label) for label in labels])
     if occt.faces_of(world).Extent() == 0:
         raise EmptyError(f"{name}: no faces", report=report.as_dict())
-    return Rebuilt(document, world, unit)
+    return Writable(document, world, unit)
