@@ -8,6 +8,12 @@ from collections.abc import Iterable, Iterator
 
 from .state import Row
 
+# Of a row, under the same names and in this order.
+_FACTS = (
+    *("status", "exit_code", "reason", "sha256", "size", "mtime_ns", "drawn", "not_drawn", "covered"),
+    *("seconds", "peak_memory", "attempt"),
+)
+
 
 def lines(rows: Iterable[Row], folder: str) -> Iterator[bytes]:
     """One object a row. folder: of the pictures. ASCII: bytes of paths that are no UTF-8 stand as
@@ -24,19 +30,7 @@ def entry(row: Row, folder: str) -> dict[str, object]:
         "input": row.path,
         "output": os.path.join(folder, row.target) if there else None,
     }
-    for name in (
-        "status",
-        "exit_code",
-        "reason",
-        "sha256",
-        "size",
-        "mtime_ns",
-        "drawn",
-        "not_drawn",
-        "covered",
-    ):
-        result[name] = facts[name]
-    for name in ("seconds", "peak_memory", "attempt"):
+    for name in _FACTS:
         result[name] = facts[name]
     result["finished"] = row.finished or None
     result["trimray"] = row.version

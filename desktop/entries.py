@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from trimray import OutputError, __version__
 from trimray.image_io import write_file
 
+from .base_folders import base_folder
 from .uris import file_uri
 
 # Longest side of a picture by the folder of the cache, px.
@@ -58,12 +59,9 @@ class Original:
 def cache_folder(environment: Mapping[str, str] = os.environ) -> str:
     """$XDG_CACHE_HOME/thumbnails, by default ~/.cache/thumbnails. Raises OutputError where there is no
     home."""
-    base = environment.get("XDG_CACHE_HOME", "")
-    if not os.path.isabs(base):  # relative values are ignored, as XDG demands
-        home = environment.get("HOME", "")
-        if not os.path.isabs(home):
-            raise OutputError("no cache: set HOME or XDG_CACHE_HOME")
-        base = os.path.join(home, ".cache")
+    base = base_folder(environment, "XDG_CACHE_HOME", ".cache")
+    if base is None:
+        raise OutputError("no cache: set HOME or XDG_CACHE_HOME")
     return os.path.join(base, "thumbnails")
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from trimray import Error, OutputError
 from trimray.image_io import write_file
 
+from .base_folders import base_folder
 from .mime import TRIANGLES, TYPES, Known, known_types, missing_types, package
 from .sealed import opened, seal
 
@@ -53,12 +54,9 @@ class Place:
 
 def user_place(environment: Mapping[str, str] = os.environ) -> Place:
     """$XDG_DATA_HOME, by default ~/.local/share. Raises OutputError where there is no home."""
-    data = environment.get("XDG_DATA_HOME", "")
-    if not os.path.isabs(data):  # relative values are ignored, as XDG demands
-        home = environment.get("HOME", "")
-        if not os.path.isabs(home):
-            raise OutputError("no home: set HOME or XDG_DATA_HOME, or give --system")
-        data = os.path.join(home, ".local", "share")
+    data = base_folder(environment, "XDG_DATA_HOME", ".local/share")
+    if data is None:
+        raise OutputError("no home: set HOME or XDG_DATA_HOME, or give --system")
     return Place(data, (data, *_data_folders(environment)))
 
 
