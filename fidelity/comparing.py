@@ -10,7 +10,7 @@ from trimray.importer.errors import UsageError
 from trimray.views import choose
 
 from .colors import compare_colors
-from .findings import found, not_comparable
+from .findings import found
 from .geometry import compare_geometry
 from .mass import compare_mass
 from .match import match
@@ -34,7 +34,6 @@ def compare(
     views: Sequence[str] = VIEWS,
     size: tuple[int, int] = kSize,
     images: bool = True,
-    inspect: bool = True,
     colors: bool = True,
     points: int = 20000,
     seed: int = 0,
@@ -48,8 +47,6 @@ def compare(
     a, b: paths, Models, shapes (cadquery, build123d, OCP), or what ``read`` made of them.
     profile: of ``tolerances.PROFILES``. pictures: draw both, in these views, each of size (width, height) px;
         images: as PNG, too, with an overlay of what differs.
-    inspect: ask OpenCascade for mass properties; else volumes are those of a mesh, and less precise, as they
-        are of Models, which bring nothing else. Where it cannot say, the comparison is not complete.
     colors: compare those, too, of faces and in pictures.
     points: at least so many on each model are held against the other, by seed.
     names: what messages call the two. progress: called with a section. options: of ``trimray.load``.
@@ -65,7 +62,7 @@ def compare(
     sides = []
     for source, name, key in ((a, called[0], "read a"), (b, called[1], "read b")):
         start = time.perf_counter()
-        sides.append(read(source, name=name, inspect=inspect, **options))
+        sides.append(read(source, name=name, **options))
         seconds[key] = time.perf_counter() - start
     shown = sides[0].name, sides[1].name
     failed = _unread(sides[0], sides[1])
@@ -85,7 +82,7 @@ def compare(
         ],
     )
     findings += work.run("topology", lambda x, y, _: compare_topology(x, y))
-    findings += work.run("mass", lambda x, y, t: [*_uninspected(x, y), *compare_mass(x, y, t)])
+    findings += work.run("mass", compare_mass)
     findings += work.run(
         "geometry",
         lambda x, y, t: [
@@ -145,12 +142,3 @@ def _file(a: Side, b: Side, _: Tolerances) -> list[Finding]:
             missing=not same,
         ),
     ]  # fmt: skip
-
-
-def _uninspected(a: Side, b: Side) -> list[Finding]:
-    """What OpenCascade should have told of both, and could not."""
-    reasons = [side.uninspected for side in (a, b)]
-    if not any(reasons):
-        return []
-    why = "; ".join(dict.fromkeys(reason for reason in reasons if reason))
-    return [not_comparable("mass", "masses by OpenCascade", [not reason for reason in reasons], why)]

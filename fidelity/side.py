@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ import trimray
 from trimray.model import Model
 
 if TYPE_CHECKING:
-    from trimray.importer.inspection import Inspection
+    from trimray.mass_properties import MassProperties
 
 Float64s = npt.NDArray[np.float64]
 Int64s = npt.NDArray[np.int64]
@@ -33,16 +32,10 @@ HOLDS: dict[str, frozenset[str]] = {
 
 @dataclass
 class Side:
-    """name: what messages call it. model: None where it could not be read; error then says why.
-
-    inspection: what ``trimray.inspect`` says of it, None where it was not asked or could not say;
-        uninspected then tells why it could not.
-    """
+    """name: what messages call it. model: None where it could not be read; error then says why."""
 
     name: str
     model: Model | None
-    inspection: Inspection | None = None
-    uninspected: str = ""
     error: str = ""
     empty: bool = False  # it was read, and holds no face
     failure: trimray.Error | None = None  # what reading it raised
@@ -78,6 +71,10 @@ class Side:
         return float(np.linalg.norm(bounds[1] - bounds[0])) if np.isfinite(bounds).all() else 0.0
 
     @cached_property
+    def mass(self) -> MassProperties:
+        return self.sound.mass_properties()
+
+    @cached_property
     def prototypes(self) -> Int64s:
         """(n,) of the instances."""
         return self.arrays["instances"]["prototype"].astype(np.int64)
@@ -107,10 +104,9 @@ def placed(points: Float64s, placement: Float64s) -> Float64s:
     return points @ placement[:, :3].T + placement[:, 3]
 
 
-def read(source: Any, *, name: str | None = None, inspect: bool = True, **options: Any) -> Side:
+def read(source: Any, *, name: str | None = None, **options: Any) -> Side:
     """A side from a path, bytes, a Model, a shape given in Python, or a Side, which it stays.
 
-    inspect: ask OpenCascade for mass properties, too; of a Model there is nothing to ask.
     options: of ``trimray.load``. What cannot be read is no exception: see Side.error. UsageError passes.
     """
     if isinstance(source, Side):
@@ -119,39 +115,15 @@ def read(source: Any, *, name: str | None = None, inspect: bool = True, **option
         return _of_model(name or source._source, source)
     is_file = isinstance(source, str | os.PathLike | bytes)
     shown = name or (os.fsdecode(source) if isinstance(source, str | os.PathLike) else "")
-    with ThreadPoolExecutor(1) as beside:
-        # Files are inspected in a process of their own, so meanwhile the model is read; but not where
-        # processes are forked, which suffers no other thread.
-        inspecting = None
-        if inspect and is_file and options.get("start", "spawn") == "spawn":
-            inspecting = beside.submit(_inspect, source, name, options)
-        try:
-            # Of a shape, the name would be taken for its part's.
-            model = trimray.load(source, name=name if is_file else None, **options)
-        except trimray.UsageError:
-            raise
-        except trimray.Error as error:
-            empty = isinstance(error, trimray.EmptyError)
-            return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
-        side = _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
-        if inspecting is not None:
-            side.inspection, side.uninspected = inspecting.result()
-        elif inspect:
-            side.inspection, side.uninspected = _inspect(source, name, options)
-    return side
-
-
-def _inspect(source: Any, name: str | None, options: dict[str, Any]) -> tuple[Inspection | None, str]:
-    """None and the reason where it fails, as by a crash or beyond a limit. Of triangles there is nothing to
-    inspect, which is no failure."""
-    words = ("heal", "precision", "time_limit", "memory_limit", "start")
-    given = {key: options[key] for key in words if key in options}
     try:
-        return trimray.inspect(source, name=name, **given), ""
+        # Of a shape, the name would be taken for its part's.
+        model = trimray.load(source, name=name if is_file else None, **options)
     except trimray.UsageError:
-        return None, ""
+        raise
     except trimray.Error as error:
-        return None, str(error)
+        empty = isinstance(error, trimray.EmptyError)
+        return Side(shown or type(source).__name__, None, error=str(error), empty=empty, failure=error)
+    return _of_model(shown or str(model._meta.get("source", {}).get("name", "")) or "the model", model)
 
 
 def _of_model(name: str, model: Model) -> Side:

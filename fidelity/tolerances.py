@@ -8,9 +8,8 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Tolerances:
     """Lengths are fractions of the larger diagonal of the two models' bounds; volume, area and inertia are
-    relative, and noise of the integration is added to them. pixels: of one picture, that may differ.
-
-    How well OpenCascade knows an inertia it does not say, so that even ``strict`` allows for some."""
+    relative, and what the integration may be off by is added to them. pixels: of one picture, that may
+    differ."""
 
     volume: float
     area: float
@@ -26,7 +25,7 @@ class Tolerances:
 
 
 PROFILES: dict[str, Tolerances] = {
-    "strict": Tolerances(1e-9, 1e-9, 1e-6, 1e-9, 1e-9, 1e-9, 1e-12, 0, 1e-9, 1e-6, 0),
+    "strict": Tolerances(1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-12, 0, 1e-9, 1e-6, 0),
     "default": Tolerances(1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-9, 0, 1e-6, 1e-4, 0),
     "lenient": Tolerances(1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4, 1e-6, 2, 1e-4, 1e-2, 64),
 }
