@@ -37,15 +37,15 @@ _POLES = (
 _ANEW = (
     "OpenCascade writes the average of all tolerances; its reader then makes p-curves anew, beyond the edges"
 )
+_STRAY = "OpenCascade's STEP reader makes p-curves anew where they stray from edges, here by 5.5e-6 mm"
 _MISS = "OpenCascade's STEP reader makes p-curves anew for edges that miss theirs, and misses by more"
 _COLOR = "OpenCascade writes no styles for tessellated faces"
 
 KNOWN: tuple[Known, ...] = (
     Known("hole_touches_seam.step", "topology", "edges|vertices", _CUT, 3, "step"),
-    Known("hole_touches_seam.step", "mass", "area", _CUT, 2e-5, "step"),
-    Known("hole_touches_seam.step", "mass", "centroid", _CUT, 2e-4, "step"),
-    Known("hole_touches_seam.step", "mass", "inertia", _CUT, 800.0, "step"),
     Known("hole_touches_seam.step", "geometry", ".* p-curves .*|p-curve off .*", _CUT, 2e-7, "step"),
+    Known("bracket_faces.igs", "mass", "area", _STRAY, 3.2e-5, "step"),
+    Known("vsp.stp", "mass", "area", _POLES, 0.82, "step"),
     Known("vsp.stp", "topology", "degenerate edges", _POLES, 2, "step"),
     Known("vsp.stp", "geometry", ".* p-curves .*|p-curve off .*", _POLES, 7.7, "step"),
     Known("IEA_15MW_CFD.igs", "topology", "degenerate edges", _POLES, 2, "step"),
@@ -55,6 +55,7 @@ KNOWN: tuple[Known, ...] = (
     Known("printable_case_full.stp", "geometry", ".* p-curves .*|p-curve off .*", _MISS, 3.7e-4, "step"),
     Known("4040_base_mount.step", "geometry", "largest distance of faces|face off", _ANEW, 2.1e-3, "file"),
     Known("SOT404.igs", "geometry", ".* p-curves .*|p-curve off .*", _ANEW, 1.3e-4, "file"),
+    Known("impeller.igs", "mass", "area", _POLES, 1.2, "step"),
     Known("impeller.igs", "topology", "degenerate edges", _POLES, 106, "step"),
     Known("impeller.igs", "geometry", ".* of faces|face off", _POLES, 0.05, "step"),
     Known("impeller.igs", "geometry", ".* p-curves .*|p-curve off .*", _POLES, 5e-3, "step"),
