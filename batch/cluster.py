@@ -36,6 +36,8 @@ _AHEAD = 3
 # Seconds: between two looks at the cluster, and before it is told that nobody works there.
 _LOOK = 2.0
 _LONELY = 5.0
+# Seconds that a busy cluster has to stop what runs there.
+_STOP = 20.0
 _TOPIC = "trimray-batch"
 
 Tell = Callable[[str], None]
@@ -118,7 +120,7 @@ class _Batch:
             return
         thread = threading.Thread(target=stop, daemon=True)
         thread.start()
-        thread.join(timeout=5.0)
+        thread.join(timeout=_STOP)
 
     def check_versions(self) -> None:
         """Of what client and workers must share. That of trimray is seen by each task."""
@@ -339,7 +341,8 @@ def _connected(scheduler: str, timeout: float) -> Iterator[Any]:
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
     """Dask's logs and warnings do not reach our stderr."""
-    names = [n for n in logging.root.manager.loggerDict if n.split(".")[0] in ("distributed", "tornado")]
+    sources = ("distributed", "tornado", "asyncio")
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in sources]
     loggers = [logging.getLogger(name) for name in names]
     before = [(logger.handlers, logger.propagate) for logger in loggers]
     for logger in loggers:

@@ -13,6 +13,7 @@ import select
 import signal
 import sys
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from trimray.importer.errors import Error, InputError, OutputError, TimeLimitError, UsageError
@@ -25,6 +26,8 @@ MAX_SIZE = 4096
 _GRACE_SECONDS = 3.0
 # To write a file of some kilobytes.
 _WRITE_SECONDS = 20.0
+# What file managers send when they lose patience.
+_IMPATIENT = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 # A line longer than this no sane child sends.
 _MAX_ANSWER = 1 << 16
 
@@ -54,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"trimray-thumbnailer {__version__}")
             return 0
         request = parse(arguments)
-        for number in (signal.SIGTERM, signal.SIGHUP):  # file managers lose patience
+        for number in _IMPATIENT - {signal.SIGINT}:
             signal.signal(number, _end_of_patience)
         code, text = supervise(request)
         if code:
@@ -137,12 +140,15 @@ def supervise(request: Request) -> tuple[int, str]:
     try:
         receive, send = os.pipe()
         parent = os.getpid()
+        # An end of patience amid this would leave the child without anyone who ends it.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, _IMPATIENT)
         child = os.fork()
         if child == 0:
             os.close(receive)
-            _child(request, send, scratch, parent)
-        os.close(send)
+            _child(request, send, scratch, parent, mask)
         try:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+            os.close(send)
             return _watch(request, child, receive)
         finally:
             os.close(receive)
@@ -184,12 +190,13 @@ def _remove(folder: str) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _child(request: Request, send: int, scratch: str, parent: int) -> None:
-    """Never returns."""
+def _child(request: Request, send: int, scratch: str, parent: int, mask: Iterable[int]) -> None:
+    """Never returns. mask: of blocked signals."""
     code = Error.exit_code
     try:
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        for number in _IMPATIENT:
             signal.signal(number, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         os.environ["TMPDIR"] = scratch
         os.environ["OPENBLAS_NUM_THREADS"] = "1"  # NumPy would start a thread a core
         null = os.open(os.devnull, os.O_RDWR)

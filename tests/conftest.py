@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # What the user, or the system that runs the tests, has set for programs such as ours and Python's tools.
 _FOREIGN = (
     *("TRIMRAY_", "NO_COLOR", "FORCE_COLOR", "PY_COLORS", "COLUMNS", "LINES", "TERM", "SOURCE_DATE_EPOCH"),
-    *("PYTEST_ADDOPTS", "PYTHONWARNINGS", "DASK_", "GITHUB_", "LANGUAGE"),
+    *("PYTEST_ADDOPTS", "PYTHONWARNINGS", "DASK_", "GITHUB_", "GIT_", "LANGUAGE"),
     *("SLURM_ARRAY_", "AWS_BATCH_JOB_ARRAY_", "JOB_COMPLETION_INDEX", "PBS_ARRAY_INDEX"),
 )
 _KEPT = ("TRIMRAY_MODELS",)
@@ -54,6 +54,8 @@ def _own_surroundings(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
             if name.startswith(_FOREIGN) and name not in _KEPT:
                 patch.delenv(name)
         patch.setenv("LC_ALL", "C.UTF-8")
+        for name in ("GIT_CONFIG_GLOBAL", "GIT_CONFIG_SYSTEM"):
+            patch.setenv(name, os.devnull)
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
         patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.getbasetemp() / "config"))
         yield

@@ -171,6 +171,26 @@ def test_a_file_manager_that_loses_patience(tmp_path: Path, number: signal.Signa
     assert not os.path.exists(f"/proc/{written[0]}")
 
 
+def test_patience_may_end_while_the_drawing_process_is_made(thumbnailer: Thumbnailer, tmp_path: Path) -> None:
+    (tmp_path / "scratch").mkdir()
+    before = (
+        "import os, signal, time\n"
+        "from trimray.desktop import drawing\n"
+        "drawing.draw = lambda *_: time.sleep(600)\n"
+        "fork = os.fork\n"
+        "def fork_and_end():\n"
+        "    if child := fork():\n"
+        f"        open({str(tmp_path / 'child')!r}, 'w').write(str(child))\n"
+        "        signal.raise_signal(signal.SIGTERM)\n"
+        "    return child\n"
+        "os.fork = fork_and_end\n"
+    )
+    done = thumbnailer("a.step", tmp_path / "no.png", before=before, TMPDIR=str(tmp_path / "scratch"))
+    assert done.returncode == 128 + signal.SIGTERM
+    assert not runs(int((tmp_path / "child").read_text()))
+    assert os.listdir(tmp_path / "scratch") == []
+
+
 def test_the_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
     """Also when that has no time to say so."""
     code = (
