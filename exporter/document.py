@@ -87,29 +87,30 @@ def writable(
     return Writable(document, world, unit, [*issues, *((-1, text) for text in filled.issues)])
 
 
-def nodes_of(meta: dict[str, Any], prototypes: Any, placements: Any, colors: Any) -> list[Node]:
+def nodes_of(meta: dict[str, Any], parts: Any, placements: Any, colors: Any) -> list[Node]:
     """The tree that a model's meta tells of; where it tells of none, all instances at the root.
 
-    prototypes (n,), placements (n, 12), colors (n, 4): of the instances.
+    parts (n,), placements (n, 12), colors (n, 4): of the instances.
     """
     if not meta.get("tree"):
         return [
             Node("", -1, int(part), tuple(rows), color)
-            for part, rows, color in zip(prototypes, placements.tolist(), colors.tolist(), strict=True)
+            for part, rows, color in zip(parts, placements.tolist(), colors.tolist(), strict=True)
         ]
-    color_of = {
-        int(about["node"]): color
-        for about, color in zip(meta.get("instances", ()), colors.tolist(), strict=True)
+    leaves = {
+        int(about["node"]): (int(part), color)
+        for about, part, color in zip(meta.get("instances", ()), parts, colors.tolist(), strict=True)
     }
     return [
         Node(
             str(n["name"]),
             int(n["parent"]),
-            int(n["prototype"]),
+            part,
             tuple(n["placement"]),
-            color_of.get(i, kNoColor),
+            color,
         )
         for i, n in enumerate(meta["tree"])
+        for part, color in [leaves.get(i, (-1, kNoColor))]
     ]
 
 

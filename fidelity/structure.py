@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from trimray import Layer
+
 from .findings import count, found, limited, not_held
 from .match import Matching
 from .parts import PlacedPart
@@ -161,16 +163,11 @@ def _above(part: PlacedPart) -> tuple[str, ...]:
 
 
 def _layers(a: Side, b: Side) -> list[Finding]:
-    """Their names, and how many faces and instances are on them."""
+    """Their names, and how many faces are on them in the world, singly or with their part or instance: one
+    format knows layers of the one, another of the other."""
     if not (a.holds("layers") and b.holds("layers")):
         return [not_held("structure", "layers", a, b)]
-    sides = [
-        {
-            name: {"faces": len(on.faces), "instances": len(on.instances)}
-            for name, on in s.sound.layers.items()
-        }
-        for s in (a, b)
-    ]
+    sides = [{name: _faces_on(side, layer) for name, layer in side.sound.layers.items()} for side in (a, b)]
     wrong = [
         found(
             "structure",
@@ -184,3 +181,13 @@ def _layers(a: Side, b: Side) -> list[Finding]:
         if sides[0].get(name) != sides[1].get(name)
     ]
     return [found("structure", "layers", [len(side) for side in sides], not wrong), *limited(wrong)]
+
+
+def _faces_on(side: Side, layer: Layer) -> int:
+    """Each as often as it is placed."""
+    singly = np.bincount(side.arrays["faces"]["prototype"][list(layer.faces)], minlength=len(side.uses))
+    every = np.diff(side.arrays["prototypes"]["faces"], axis=1).ravel()
+    counts = singly[side.prototypes]
+    whole = list(layer.instances)
+    counts[whole] = every[side.prototypes[whole]]
+    return int(counts.sum())
