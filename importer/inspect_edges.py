@@ -36,6 +36,8 @@ _SLACK = 1.1
 _SIMPSON = np.array([1.0, *[4.0, 2.0] * ((_SAMPLES - 3) // 2), 4.0, 1.0]) / (3.0 * (_SAMPLES - 1))
 # An angle between normals, beyond which an edge is not meant to be smooth: radians.
 _SHARP = 0.1
+# Of the largest |S_u x S_v| along an edge: below it, a normal is noise.
+_POLE = 1e-6
 # Steps towards the foot of a perpendicular.
 _FOOT_STEPS = 5
 # A step of the golden section.
@@ -138,11 +140,13 @@ def _inspect_edge(
         _add_noise(found, weights[:, None] * tangents, on_path - origin, on_faces, origin)
         for (a, points_a, normals_a), (b, points_b, normals_b) in itertools.pairwise(on_faces):
             gap = _largest(samples, np.linalg.norm(points_a - points_b, axis=1), _gap_of(a, b))
+            facts.gap = float(np.fmax(facts.gap, gap))
+            if a.reversed == b.reversed:
+                continue  # no neighbours: they face apart, as where two solids share a face
             angles = _angles(normals_a, normals_b)
             # Where faces meet sharply, nobody asks for the last digit.
             sharp = float(np.nanmax(angles, initial=0.0)) > _SHARP
             angle = float(np.nanmax(angles)) if sharp else _largest(samples, angles, _angle_of(a, b))
-            facts.gap = float(np.fmax(facts.gap, gap))
             facts.angle = float(np.fmax(facts.angle, angle))
 
 
@@ -268,12 +272,14 @@ class _Image:
         self.reversed = coedge.reversed
         self.flip = -1.0 if coedge.use.face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
         self._point, self._u, self._v = gp_Pnt(), gp_Vec(), gp_Vec()
+        self._largest_cross = 0.0  # |S_u x S_v| at the samples so far
 
     def point(self, t: float) -> tuple[float, ...]:
         return _coordinates(self.surface.Value(*self.curve.Value(t).Coord()))
 
     def sample(self, at: Array) -> tuple[Array, Array]:
-        """Points and unit normals, outwards, (n, 3); a normal is nan where the surface has none."""
+        """Points and unit normals, outwards, (n, 3); a normal is nan where the surface has none, or none but
+        rounding: where the edge ends at a pole, it may point either way."""
         points, normals = [], []
         d1, value = self.surface.D1, self.curve.Value
         point, along_u, along_v = self._point, self._u, self._v
@@ -283,8 +289,10 @@ class _Image:
             normals.append(along_u.Crossed(along_v).Coord())
         vectors = np.array(normals)
         lengths: Array = np.linalg.norm(vectors, axis=1, keepdims=True)
+        self._largest_cross = max(self._largest_cross, float(lengths.max()))
+        least = max(1e-12, _POLE * self._largest_cross)
         with np.errstate(invalid="ignore", divide="ignore"):
-            units = np.where(lengths > 1e-12 * max(1.0, float(lengths.max())), vectors / lengths, np.nan)
+            units = np.where(lengths > least, vectors / lengths, np.nan)
         oriented: Array = self.flip * units
         return np.array(points), oriented
 

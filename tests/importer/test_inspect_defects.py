@@ -8,8 +8,10 @@ import pytest
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon, BRepBuilderAPI_Sewing
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.Geom import Geom_BezierSurface
 from OCP.GeomAbs import GeomAbs_Shape
 from OCP.gp import gp_Pnt, gp_Vec, gp_Vec2d
+from OCP.TColgp import TColgp_Array2OfPnt
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
@@ -174,6 +176,37 @@ def test_a_sharp_edge_that_claims_to_be_smooth_is_told_by_its_angle() -> None:
     assert edges.smooth.sum() == 1
     assert edges.angle[edges.smooth] == pytest.approx([math.pi / 2])
     assert edges.faces[edges.smooth].tolist() == [[0, 2]]
+
+
+def test_a_face_of_two_solids_is_no_fold() -> None:
+    """The side of a cylinder, once for each of two shells: its seam is smooth, and so it claims to be."""
+    side = make.faces(make.cylinder())[0]
+    assert BRep_Tool.Surface_s(TopoDS.Face_s(side)).IsUPeriodic()
+    builder, both = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(both)
+    for face in (side, side.Reversed()):
+        builder.Add(both, _shell([face]))
+    edges = trimray.inspect(both).edges
+    assert (edges.uses[edges.smooth] == 4).all() and edges.smooth.any()
+    assert edges.angle[edges.smooth] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_normal_that_is_noise_at_a_pole_makes_no_angle() -> None:
+    """A patch with a side of 1e-9 mm that runs backwards, beside a rectangle in the same plane."""
+    points = TColgp_Array2OfPnt(1, 2, 1, 2)
+    for i, j, x, y in ((1, 1, 0, 0), (1, 2, 0, -1e-9), (2, 1, 10, 0), (2, 2, 10, 10)):
+        points.SetValue(i, j, gp_Pnt(x, y, 0))
+    patch = BRepBuilderAPI_MakeFace(Geom_BezierSurface(points), 1e-7).Face()
+    corners = [gp_Pnt(0, 0, 0), gp_Pnt(0, -5, 0), gp_Pnt(10, -5, 0), gp_Pnt(10, 0, 0)]
+    flat = BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakePolygon(*corners, True).Wire()).Face()
+    sewing = BRepBuilderAPI_Sewing(1e-6)
+    sewing.Add(patch)
+    sewing.Add(flat)
+    sewing.Perform()
+    edges = trimray.inspect(sewing.SewedShape()).edges
+    shared = edges.uses == 2
+    assert shared.sum() == 1
+    assert edges.angle[shared] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_face_numbers_are_those_of_the_model() -> None:
