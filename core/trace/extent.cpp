@@ -351,10 +351,15 @@ void keep_farthest(std::vector<dvec3>& points) {
     d[axis] = 1.0;
     all.push_back(d), all.push_back(-d);
   }
+  // Coordinate by coordinate, which compilers turn into vectors.
+  std::vector<double> x, y, z, height(points.size());
+  for (const dvec3& p : points) x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
   for (const dvec3& d : all) {
-    kept.push_back(*std::max_element(points.begin(), points.end(), [&](const dvec3& a, const dvec3& b) {
-      return glm::dot(d, a) < glm::dot(d, b);
-    }));
+    for (std::size_t i = 0; i < points.size(); ++i) height[i] = d.x * x[i] + d.y * y[i] + d.z * z[i];
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+      if (height[i] > height[best]) best = i;
+    kept.push_back(points[best]);
   }
   points = std::move(kept);
 }
