@@ -53,8 +53,7 @@ class StepAudit:
         for spline in self.text.knot_defects():
             self.report.add(f"#{spline.id}", "knots", spline.kind, "warning")
         groups: dict[tuple[str, str], list[int]] = {}
-        is_error = self.model.IsErrorEntity
-        for number in [n for n in range(1, self.model.NbEntities() + 1) if is_error(n)]:
+        for number in list(filter(self.model.IsErrorEntity, range(1, self.model.NbEntities() + 1))):
             check = self.model.Check(number, True)
             fails = fails_of(check)
             if fails:

@@ -25,6 +25,7 @@ from .occt import faces_of
 from .scene import Color, Part, Scene
 
 _MADE_UP = ("NONE", "COMPOUND", "COMPSOLID", "SOLID", "SHELL", "FACE", "ASSEMBLY")
+_FACE: int = TopAbs_ShapeEnum.TopAbs_FACE.value  # of kinds from compounds, 0, to vertices
 _SURFACE_COLORS = (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen)
 
 
@@ -133,23 +134,19 @@ class _Walk:
             shape = XCAFDoc_ShapeTool.GetShape_s(sub)
             if shape.IsNull():
                 continue
-            kind = shape.ShapeType()
-            if kind in (
-                TopAbs_ShapeEnum.TopAbs_EDGE,
-                TopAbs_ShapeEnum.TopAbs_VERTEX,
-                TopAbs_ShapeEnum.TopAbs_WIRE,
-            ):
+            kind: int = shape.ShapeType().value
+            if kind > _FACE:  # loops, edges, vertices
                 continue
             for layer in self._layers.get(_entry(sub), ()) if self._layers else ():
                 part.face_layers.extend((face, layer) for face in faces_of(shape))
             color = self._color(sub)
             if color is not None:
-                inner.append((int(kind.value), shape, color))
-            if kind == TopAbs_ShapeEnum.TopAbs_FACE and (name := _name(sub)):
+                inner.append((kind, shape, color))
+            if kind == _FACE and (name := _name(sub)):
                 part.face_names.append((shape, name))
         # Compounds first, faces last: the innermost colour wins.
-        for kind_value, shape, color in sorted(inner, key=lambda entry: entry[0]):
-            if kind_value == int(TopAbs_ShapeEnum.TopAbs_FACE.value):
+        for kind, shape, color in sorted(inner, key=lambda entry: entry[0]):
+            if kind == _FACE:
                 part.face_colors.append((shape, color))
             else:
                 part.face_colors.extend((face, color) for face in faces_of(shape))
