@@ -183,7 +183,10 @@ def _some(section: Section, kind: str, findings: list[Finding]) -> Iterator[Find
 def _fault(section: Section, fault: Fault, inspection: Inspection) -> Finding:
     same, reason = False, fault.what
     if fault.kind == "free edge" and inspection.prototypes[fault.prototype].topology.solids == 0:
-        same, reason = True, "the border of an open surface"
+        if any(count.name == "closed shells" and count.missing for count in inspection.counts):
+            reason += ", and a shell that the file declares closed arrived open"
+        else:
+            same, reason = True, "the border of an open surface"
     if fault.kind == "not checked":
         same = True
     distance = fault.value is not None

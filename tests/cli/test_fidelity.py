@@ -198,7 +198,8 @@ def test_sound_files_are_what_they_declare(run: Run, samples_dir: Path) -> None:
 
 
 def test_what_is_wrong_with_a_file_is_found(run: Run, samples_dir: Path, tmp_path: Path) -> None:
-    """A solid that has lost one of its faces is open, and its file declares one face more than arrives."""
+    """A solid that has lost one of its faces is open, and its file declares one face more than arrives. No
+    solid arrives, but the edges around the hole are known."""
     text = (samples_dir / "bracket.step").read_text()
     face = re.search(r"#\d+ *= *ADVANCED_FACE\([^;]*;", text)
     assert face is not None
@@ -209,7 +210,9 @@ def test_what_is_wrong_with_a_file_is_found(run: Run, samples_dir: Path, tmp_pat
     assert result.code == 7 and first.startswith(f"{broken}: partial: ")
     failures = xml.parse(tmp_path / "r.xml").getroot().findall(".//failure/..")
     names = {str(case.get("name")).split(" (")[0] for case in failures}
-    assert names == {"solids in the file", "closed shells in the file", "face"}
+    assert names == {"solids in the file", "closed shells in the file", "face", "free edge"}
+    free = [case for case in failures if str(case.get("name")).startswith("free edge (edge ")]
+    assert len(free) == 7 and all(case.find("failure") is not None for case in free)
 
 
 def test_check_tells_what_cannot_be_read(run: Run, tmp_path: Path, box_file: Path) -> None:
