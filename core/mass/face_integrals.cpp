@@ -14,6 +14,8 @@ namespace {
 constexpr double kWanted = 1e-13;
 constexpr double kRounding = 2e-15;
 constexpr double kUvRounding = 4e-16;
+// A face is not taken to be smaller than this share of its strips, of which nothing else is left.
+constexpr double kSliver = 1e-4;
 // Parts that a face may be cut into beyond its strips. Reached where the area is not smooth within a patch.
 constexpr int kMostCuts = 4000;
 constexpr int kMostHalvings = 30;
@@ -76,14 +78,15 @@ class FaceIntegrator {
         rounding_(kRounding * (1.0 + glm::length(origin) / reach) + far_uv(store, face)) {}
 
   FaceIntegrals run(bool reversed) {
-    double area = 0.0;
+    double area = 0.0, strips = 0.0;
     parts_.resize(strips_.strips.size());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       parts_[i].strip = i;
       parts_[i].value = rule(parts_[i], 0, 0);
       area += strips_.strips[i].weight * signed_area(parts_[i]);
+      strips += std::abs(strips_.strips[i].weight) * parts_[i].value[kArea];
     }
-    area_ = std::abs(area);
+    area_ = std::max(std::abs(area), kSliver * strips);
     for (Part& p : parts_) refine(p, 1);
     const auto less = [](const Part& a, const Part& b) {
       return a.excess != b.excess ? a.excess < b.excess : is_before(a, b);
