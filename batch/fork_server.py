@@ -167,11 +167,10 @@ def serve(descriptor: int, folder: str) -> None:
 
     from . import worker
 
-    gc.disable()  # a quarter of the time to import OCP
+    gc.disable()  # its passes are a quarter of the time to import OCP, and would find next to nothing
     worker.preload()
-    gc.enable()
-    gc.collect()
     gc.freeze()  # the collector of a worker leaves alone, and so does not copy, what all of them share
+    gc.enable()
     wake, wake_write = os.pipe()
     os.set_blocking(wake_write, False)
     signal.set_wakeup_fd(wake_write, warn_on_full_buffer=False)
