@@ -28,7 +28,9 @@ def read_brep(
     if not done or shape.IsNull():
         raise InputError(f"{name}: not a readable BREP file")
     with report.stage("extract"):
-        return scene_of_shape(shape), "mm", 1.0, {}
+        scene = scene_of_shape(shape)
+        report.add_curves(0 if scene.placed else 1)
+        return scene, "mm", 1.0, {}
 
 
 def _is_complete(data: bytes) -> bool:

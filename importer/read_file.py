@@ -92,4 +92,4 @@ def _first_reason(report: Report) -> str:
     for issue in errors or [i for i in report.issues if i.severity == "warning"]:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         return f": {issue.entity} {issue.kind}: {issue.reason}{more}"
-    return ""
+    return next((f": {issue.reason}" for issue in report.issues if issue.kind == "shape"), "")

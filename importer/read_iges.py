@@ -51,7 +51,8 @@ def read_iges(
     occt.set_precision(precision, unit_mm)
     document = occt.transfer(reader, heal, report)
     with report.stage("extract"):
-        scene, _ = xcaf.read_document(document)
+        scene, without_faces = xcaf.read_document(document)
+        report.add_curves(without_faces)
         arrived = len({face.TShape() for part in scene.parts for face in occt.faces_of(part.shape)})
         IgesAudit(reader, text, report, changed="error" if heal == "strict" else "note").run(arrived)
     with report.stage("sew"):

@@ -33,8 +33,7 @@ def read_step(
     )
     with report.stage("extract"):
         scene, without_faces = xcaf.read_document(document)
-        if without_faces:
-            report.add("", "shape", f"{without_faces} shapes are curves or points: not drawn", "note")
+        report.add_curves(without_faces)
         externals = _external_texts(Path(path).parent, text, report)
         report.faces_in_file = sum(
             len(t.faces) + len(t.loose_surfaces) + len(t.tessellated) for t in (text, *externals)

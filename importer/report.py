@@ -66,6 +66,12 @@ class Report:
         else:
             self.issues_left_out += 1
 
+    def add_curves(self, shapes: int) -> None:
+        """Notes how many shapes of the file have no face, which is no loss."""
+        if shapes:
+            what = "1 shape is" if shapes == 1 else f"{shapes} shapes are"
+            self.add("", "shape", f"{what} curves or points: not drawn", "note")
+
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Times a stage (seconds add up when it is entered again) and announces it."""
