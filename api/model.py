@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Unpack
+from typing import TYPE_CHECKING, Literal, TypeVar, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from . import _core
 from .camera import Camera
 from .contents import Contents
 from .frame import Frame
-from .hits import Hits, check_rays, portions_of
+from .hits import Hits, Rays, check_rays, portions_of
 from .importer.errors import UsageError
 from .measuring import Measured
 from .pictures import Look, Words, draw
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 CastMode = Literal["standard", "reference"]
 Mode = Literal["hybrid", "standard", "reference"]
 Progress = Callable[[str, float | None], None]
+Answer = TypeVar("Answer")
 
 # Rays a cast gives to the core at once; between two such portions Ctrl-C is heard.
 _PORTION = {"standard": 1 << 20, "reference": 1 << 10}
@@ -125,14 +126,8 @@ class Model(Contents, Measured):
         threads: 0 for all cores; the result is the same for any number. |error of t| <= 1e-9 of the model's
         diagonal. Raises UsageError.
         """
-        reference = choose("mode", mode, CAST_MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
-        portions = []
-        for part in portions_of(rays, _PORTION[mode]):
-            try:
-                portions.append(self._scene.cast(*part, reference, threads))
-            except _core.ArgumentError as error:
-                raise UsageError(f"cast: {error}") from None
+        portions = _asked("cast", self._scene.cast, rays, mode, threads)
         return (
             Hits(*portions[0])
             if len(portions) == 1
@@ -153,15 +148,8 @@ class Model(Contents, Measured):
 
         Arguments and errors as in ``cast``.
         """
-        reference = choose("mode", mode, CAST_MODES) == "reference"
         rays = check_rays(origins, directions, tmin, tmax)
-        portions = []
-        for part in portions_of(rays, _PORTION[mode]):
-            try:
-                portions.append(self._scene.count_hits(*part, reference, threads))
-            except _core.ArgumentError as error:
-                raise UsageError(f"count_hits: {error}") from None
-        return np.concatenate(portions)
+        return np.concatenate(_asked("count_hits", self._scene.count_hits, rays, mode, threads))
 
     def render(
         self,
@@ -272,3 +260,12 @@ class Model(Contents, Measured):
 
 _FOV_DEG = 30.0
 _MARGIN = 0.04
+
+
+def _asked(name: str, ask: Callable[..., Answer], rays: Rays, mode: str, threads: int) -> list[Answer]:
+    """What the core answers to each portion of the rays. Raises UsageError, under the method's name."""
+    reference = choose("mode", mode, CAST_MODES) == "reference"
+    try:
+        return [ask(*part, reference, threads) for part in portions_of(rays, _PORTION[mode])]
+    except _core.ArgumentError as error:
+        raise UsageError(f"{name}: {error}") from None

@@ -16,7 +16,6 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import (
     TopoDS,
-    TopoDS_Compound,
     TopoDS_Edge,
     TopoDS_Face,
     TopoDS_Shape,
@@ -26,6 +25,7 @@ from OCP.TopoDS import (
     TopoDS_Wire,
 )
 
+from ..importer.shapes import compound_of
 from .curves import flat_curve, point, space_curve
 from .splines import CurveError, Floats, Spline, joined
 from .surfaces import SurfaceError, kPlane, surface_of
@@ -208,10 +208,4 @@ class PrototypeBuilder:
                 self._builder.MakeSolid(solids[number])
                 tops.append(solids[number])
             self._builder.Add(solids[number], shell)
-        if len(tops) == 1:
-            return tops[0]
-        compound = TopoDS_Compound()
-        self._builder.MakeCompound(compound)
-        for top in tops:
-            self._builder.Add(compound, top)
-        return compound
+        return compound_of(tops)

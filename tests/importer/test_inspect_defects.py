@@ -15,10 +15,11 @@ from OCP.TColgp import TColgp_Array2OfPnt
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape, TopoDS_Shell, TopoDS_Solid
+from OCP.TopoDS import TopoDS, TopoDS_Shape, TopoDS_Shell, TopoDS_Solid
 
 import trimray
 from trimray.importer.inspection import Fault, Inspection
+from trimray.importer.shapes import compound_of
 
 
 def _shell(faces: list[TopoDS_Shape], *, solid: bool = False) -> TopoDS_Shape:
@@ -182,10 +183,7 @@ def test_a_face_of_two_solids_is_no_fold() -> None:
     """The side of a cylinder, once for each of two shells: its seam is smooth, and so it claims to be."""
     side = make.faces(make.cylinder())[0]
     assert BRep_Tool.Surface_s(TopoDS.Face_s(side)).IsUPeriodic()
-    builder, both = BRep_Builder(), TopoDS_Compound()
-    builder.MakeCompound(both)
-    for face in (side, side.Reversed()):
-        builder.Add(both, _shell([face]))
+    both = compound_of([_shell([face]) for face in (side, side.Reversed())])
     edges = trimray.inspect(both).edges
     assert (edges.uses[edges.smooth] == 4).all() and edges.smooth.any()
     assert edges.angle[edges.smooth] == pytest.approx(0.0, abs=1e-9)
@@ -210,11 +208,8 @@ def test_a_normal_that_is_noise_at_a_pole_makes_no_angle() -> None:
 
 
 def test_face_numbers_are_those_of_the_model() -> None:
-    builder, both = BRep_Builder(), TopoDS_Compound()
-    builder.MakeCompound(both)
-    builder.Add(both, make.cylinder().Moved(make.moved(50.0)))
-    builder.Add(both, make.box())
-    builder.Add(both, make.faces(make.cylinder(3.0, 1.0))[0])
+    face = make.faces(make.cylinder(3.0, 1.0))[0]
+    both = compound_of([make.cylinder().Moved(make.moved(50.0)), make.box(), face])
     found, model = trimray.inspect(both), trimray.load(both)
     assert len(found.face_areas) == len(model.faces) == 10
     assert [face.kind for face in model.faces] == ["cylinder", *["plane"] * 8, "cylinder"]

@@ -16,6 +16,7 @@ from trimray.importer.match_edges import join_matching_edges
 from trimray.importer.report import Report
 from trimray.importer.scene import Part
 from trimray.importer.sew import sew_part
+from trimray.importer.shapes import compound_of
 
 
 def apart(shape):
@@ -106,7 +107,7 @@ def test_both_ways_of_sewing_agree(monkeypatch):
     shells = []
     for limit in (1000, 1):
         monkeypatch.setattr("trimray.importer.sew._MANY_FREE_EDGES", limit)
-        part = Part(_compound(faces), "box", face_colors=[(faces[2], (1.0, 0.0, 0.0, 1.0))])
+        part = Part(compound_of(faces), "box", face_colors=[(faces[2], (1.0, 0.0, 0.0, 1.0))])
         report = Report()
         sew_part(part, 1e-3, report)
         assert report.issues == []
@@ -118,15 +119,3 @@ def test_both_ways_of_sewing_agree(monkeypatch):
         BRepGProp.VolumeProperties_s(part.shape, volume)
         shells.append(volume.Mass())
     assert shells == pytest.approx([6000.0, 6000.0])
-
-
-def _compound(faces):
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
-    compound = TopoDS_Compound()
-    builder = BRep_Builder()
-    builder.MakeCompound(compound)
-    for face in faces:
-        builder.Add(compound, face)
-    return compound
