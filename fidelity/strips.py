@@ -14,8 +14,8 @@ from .side import Float64s, Side
 
 # Edge::band is so many times what was measured (core/nurbs/build_store.cpp).
 _SAFETY = 1.5
-# p-curves that stray by the same, but for this share, are the same ones.
-_SAME = 0.01
+# p-curves that stray by the same, but for this share, are the same ones: files round them.
+_SAME = 1e-4
 # Middles of edges farther apart, as a share of the diagonal, are not those of one edge.
 _NEAR = 0.01
 

@@ -76,5 +76,6 @@ def test_p_curves_that_stray_alike_excuse_nothing(plate: Side) -> None:
     a = astray(plate, 1e-3)
     b = with_area(a, 1e-7)
     assert changed_strips(a, b) == (0.0, 0)
+    assert changed_strips(a, astray(plate, 1.0005e-3))[1] == 15  # nearly alike is not the same
     _, area, *_ = compare_mass(a, b, STRICT)
     assert not area.same and area.reason == ""
