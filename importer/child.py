@@ -11,6 +11,7 @@ import json
 import os
 import resource
 import signal
+import sys
 import traceback
 from collections.abc import Callable
 from typing import Any, BinaryIO
@@ -60,7 +61,7 @@ def serve(argument: str, work: Callable[[dict[str, Any], BinaryIO], None]) -> No
             wire.send(pipe, message)
         except BaseException as error:
             limit_data(None)
-            wire.send(pipe, _foreign(request["name"], error))
+            wire.send(pipe, _foreign(request["name"], error, request["memory_limit"] is not None))
     os._exit(0)  # OpenCascade's static destructors have been seen to hang
 
 
@@ -108,11 +109,14 @@ def _read(request: dict[str, Any], pipe: BinaryIO) -> None:
     wire.send_model(pipe, model)
 
 
-def _foreign(name: str, error: BaseException) -> dict[str, Any]:
-    """An exception that is none of ours: of Python, or of OpenCascade through its bindings."""
+def _foreign(name: str, error: BaseException, limited: bool) -> dict[str, Any]:
+    """An exception that is none of ours: of Python, or of OpenCascade through its bindings. limited: its
+    memory was: where that is too little for OCP's classes, importing them fails in many ways."""
     kind = type(error).__name__
-    starved = isinstance(error, ImportError) and any(
-        words in str(error) for words in ("map segment", "zero-fill", "allocate")
+    importing = isinstance(error, ImportError | SystemError) and not isinstance(error, ModuleNotFoundError)
+    starved = importing and (
+        (limited and "OCP" not in sys.modules)
+        or any(words in str(error) for words in ("map segment", "zero-fill", "allocate"))
     )
     if starved or isinstance(error, MemoryError) or "OutOfMemory" in kind or "bad_alloc" in str(error):
         return {"error": "MemoryLimitError", "message": f"{name}: out of memory", "detail": ""}

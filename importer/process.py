@@ -26,8 +26,9 @@ Start = Literal["spawn", "fork"]
 # Seconds between two looks at the child's memory.
 _WATCH_INTERVAL = 0.05
 _PAGE = os.sysconf("SC_PAGE_SIZE")
-# Exit code with which the dynamic loader ends a process, such as for want of memory for a library's data.
-_LOADER_FAILED = 127
+# Exit codes with which Python and the dynamic loader end a process that cannot load its libraries, such as
+# for want of memory.
+_UNLOADABLE = (1, 127)
 
 # The child runs the importer alone: a bare stand-in for the package around it keeps the child from loading
 # what only the caller needs (the native core, the image library).
@@ -205,7 +206,7 @@ class _Watch:
             self.peak_memory = max(self.peak_memory, self.child.peak_memory)
         limit = self.request.memory_limit
         near_limit = limit is not None and self.peak_memory > 0.7 * limit
-        unloadable = limit is not None and code == _LOADER_FAILED
+        unloadable = limit is not None and code in _UNLOADABLE
         if code == -signal.SIGKILL or (code < 0 and near_limit) or unloadable:
             return self._memory_error()
         name = self.request.name
