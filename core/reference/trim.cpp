@@ -39,6 +39,10 @@ TrimLoops::TrimLoops(const nurbs::NurbsStore& store, std::int32_t face) {
   for (std::int32_t l = f.loops.begin; l < f.loops.end; ++l) {
     std::vector<std::vector<dvec3>> loop;
     const nurbs::Range coedges = store.loops[l].coedges;
+    bool poles = coedges.size() > 0;
+    for (std::int32_t c = coedges.begin; c < coedges.end; ++c)
+      poles = poles && store.edges[store.coedges[c].edge].degenerate;
+    copied_ = copied_ || poles;
     for (std::int32_t c = coedges.begin; c < coedges.end; ++c) {
       const nurbs::Range pieces = store.coedges[c].pieces;
       for (std::int32_t k = pieces.begin; k < pieces.end; ++k) {
@@ -83,8 +87,9 @@ bool TrimLoops::inside(dvec2 uv) const {
   for (int ku = period_.x > 0.0 ? -1 : 0; ku <= (period_.x > 0.0 ? 1 : 0); ++ku)
     for (int kv = period_.y > 0.0 ? -1 : 0; kv <= (period_.y > 0.0 ? 1 : 0); ++kv) {
       const dvec2 image = uv + dvec2(ku, kv) * period_;
-      in_box = in_box || box_.contains(image);
-      if (!rectangle_) sum += crossings(image);
+      const bool here = box_.contains(image);
+      if (!rectangle_ && (!copied_ || (here && !in_box))) sum += crossings(image);
+      in_box = in_box || here;
     }
   return rectangle_ ? in_box : sum % 2 != 0;
 }

@@ -12,7 +12,8 @@ class TrimLoops {
  public:
   TrimLoops(const nurbs::NurbsStore& store, std::int32_t face);
 
-  // Even-odd rule over the point and its images one period away.
+  // Even-odd rule over the point and its images one period away; with copied loops, over its image in the
+  // box.
   bool inside(dvec2 uv_face) const;
 
   // +1 where the loops run counterclockwise about the face in uv, -1 where they run clockwise.
@@ -25,6 +26,7 @@ class TrimLoops {
   Box2 box_;
   bool rectangle_ = false;  // inside means in the box
   bool upward_ = false;     // the half-line runs along v, because some loop closes only round the period of u
+  bool copied_ = false;     // loops longer than a period: the box, one period wide, has all of them at hand
   dvec2 period_{0.0};
   int orientation_ = 1;
 };

@@ -7,6 +7,12 @@ from time import perf_counter
 
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepLib import BRepLib
+from OCP.GCE2d import GCE2d_MakeSegment
+from OCP.Geom import Geom_CylindricalSurface
+from OCP.gp import gp_Ax3, gp_Pnt2d
+from OCP.TopoDS import TopoDS_Face
 
 import trimray
 
@@ -66,3 +72,26 @@ def test_time_is_what_the_pixels_took(sphere: trimray.Model, mode: str) -> None:
     assert 0.0 < time.sum(dtype=np.float64) * 1e-9 <= elapsed
     alone = sphere.render((64, 48), samples=1, mode=mode, aovs="time")["time"]  # type: ignore[arg-type]
     assert (alone > 0).all()
+
+
+def strip_round_a_cylinder() -> TopoDS_Face:
+    """A ribbon of height 2 that winds up a cylinder for one turn and a half."""
+    surface = Geom_CylindricalSurface(gp_Ax3(), 5.0)
+    corners = [gp_Pnt2d(u, v) for u, v in ((0, 0), (9.4, 3), (9.4, 5), (0, 2))]
+    wire = BRepBuilderAPI_MakeWire()
+    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+        wire.Add(BRepBuilderAPI_MakeEdge(GCE2d_MakeSegment(start, end).Value(), surface).Edge())
+    face = BRepBuilderAPI_MakeFace(surface, wire.Wire()).Face()
+    BRepLib.BuildCurves3d_s(face)
+    return face
+
+
+def test_the_reference_sees_a_face_that_winds_more_than_one_turn() -> None:
+    """Its loops stand in the store once more, a period on: images of the point counted them twice."""
+    model = trimray.load(strip_round_a_cylinder())
+    samples = model.sample(200, seed=4)
+    origins, directions = samples.point + 1e-3 * samples.normal, -samples.normal
+    for mode in ("standard", "reference"):
+        assert (model.cast(origins, directions, tmax=2e-3, mode=mode).face == 0).all(), mode
+    beside = samples.point * [1.0, 1.0, 0.0] + [0.0, 0.0, 40.0] + 1e-3 * samples.normal
+    assert (model.cast(beside, directions, tmax=2e-3, mode="reference").face == -1).all()
