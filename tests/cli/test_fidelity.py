@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import stat
 import subprocess
 import xml.etree.ElementTree as xml
@@ -30,11 +31,12 @@ def moved_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def script(folder: Path, text: str) -> Path:
+def script(folder: Path, text: str) -> str:
+    """As a word of a command."""
     path = folder / "writer.sh"
     path.write_text(f"#!/bin/sh\n{text}\n")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
-    return path
+    return shlex.quote(str(path))
 
 
 def test_a_clean_round_trip_is_complete(run: Run, samples_dir: Path) -> None:
@@ -163,7 +165,7 @@ def test_a_writer_that_hangs_ends_with_all_it_has_started(
     run: Run, box_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     number = tmp_path / "number"
-    written = script(tmp_path, f"sleep 600 & echo $! > {number}.part; mv {number}.part {number}; wait")
+    written = script(tmp_path, f"sleep 600 & echo $! > '{number}.part'; mv '{number}.part' '{number}'; wait")
     wait = writer._wait
 
     def late(process: subprocess.Popen[bytes], limit: float | None) -> int | None:

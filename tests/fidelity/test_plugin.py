@@ -295,7 +295,9 @@ def test_a_round_trip_that_loses_something(test_folder: Running) -> None:
     cq.exporters.export(part(), str(folder / "a.step"))
     cq.exporters.export(cq.Workplane().box(40, 30, 10), str(folder / "other.step"))
     text = message_of(
-        lambda: assert_roundtrip("a.step", writer=f"sh -c 'cp {folder}/other.step {{out}} # {{in}}'", **SMALL)
+        lambda: assert_roundtrip(
+            "a.step", writer=f'sh -c \'cp "{folder}/other.step" "{{out}}" # {{in}}\'', **SMALL
+        )
     )
     assert "a.step" in text and "topology: " in text and "report.html" in saved(test_folder)
 
