@@ -11,6 +11,7 @@
 #include "core/nurbs/build_face.h"
 #include "core/nurbs/build_mesh_face.h"
 #include "core/nurbs/face_guards.h"
+#include "core/nurbs/link_edges.h"
 #include "core/nurbs/mesh_store.h"
 
 namespace trimray::nurbs {
@@ -121,17 +122,6 @@ class Assembler {
     for (std::int32_t s = p.shells.begin; s < p.shells.end; ++s)
       close_shell(store.shells[s], work, p.faces.begin);
     store.prototypes.push_back(p);
-  }
-
-  // Edge.coedges, once all co-edges are there.
-  void link() {
-    std::vector<std::int32_t> uses(store.edges.size() + 1, 0);
-    for (const CoEdge& c : store.coedges) ++uses[c.edge + 1];
-    for (std::size_t i = 1; i < uses.size(); ++i) uses[i] += uses[i - 1];
-    for (std::size_t i = 0; i < store.edges.size(); ++i) store.edges[i].coedges = {uses[i], uses[i + 1]};
-    store.edge_coedges.resize(store.coedges.size());
-    for (std::size_t c = 0; c < store.coedges.size(); ++c)
-      store.edge_coedges[uses[store.coedges[c].edge]++] = static_cast<std::int32_t>(c);
   }
 
  private:
@@ -319,8 +309,8 @@ NurbsStore build_store(const brep::Model& model, const BuildInput& input) {
   for (std::size_t i = 0; i < input.face_color_shapes.size(); ++i) colors[input.face_color_shapes[i]] = i;
   Assembler assembler;
   for (std::size_t p = 0; p < work.size(); ++p) assembler.add(work[p], input, colors, p);
-  assembler.link();
   NurbsStore store = std::move(assembler.store);
+  link_edges(store);
   for (std::size_t i = 0; i < input.instance_prototypes.size(); ++i) {
     Instance n;
     n.prototype = input.instance_prototypes[i];

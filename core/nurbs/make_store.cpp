@@ -6,6 +6,7 @@
 
 #include "core/base/tolerance.h"
 #include "core/nurbs/bounds.h"
+#include "core/nurbs/link_edges.h"
 
 namespace trimray::nurbs {
 namespace {
@@ -62,15 +63,8 @@ class Maker {
     p.vertices = whole(store.vertices), p.shells = whole(store.shells);
     p.bounds = bounds_;
     const double reach = glm::length(glm::max(glm::abs(bounds_.lower), glm::abs(bounds_.upper)));
-    for (std::size_t i = 0; i < store.edges.size(); ++i) {
-      Edge& e = store.edges[i];
-      e.band = std::max(kMinBand * bounds_.diagonal(), 1e-14 * reach);
-      e.coedges.begin = static_cast<std::int32_t>(store.edge_coedges.size());
-      for (std::size_t c = 0; c < store.coedges.size(); ++c)
-        if (store.coedges[c].edge == static_cast<std::int32_t>(i))
-          store.edge_coedges.push_back(static_cast<std::int32_t>(c));
-      e.coedges.end = static_cast<std::int32_t>(store.edge_coedges.size());
-    }
+    for (Edge& e : store.edges) e.band = std::max(kMinBand * bounds_.diagonal(), 1e-14 * reach);
+    link_edges(store);
     store.prototypes.push_back(p);
     store.instances.push_back({});
     store.instances.back().prototype = 0;

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "core/nurbs/link_edges.h"
 #include "core/nurbs/make_store.h"
 #include "core/reference/reference.h"
 
@@ -63,12 +64,7 @@ struct Builder {
     store.loops.back().coedges.end = count(store.coedges);
   }
   NurbsStore finish(const Box3& bounds) {
-    for (std::int32_t e = 0; e < count(store.edges); ++e) {
-      store.edges[e].coedges.begin = count(store.edge_coedges);
-      for (std::int32_t c = 0; c < count(store.coedges); ++c)
-        if (store.coedges[c].edge == e) store.edge_coedges.push_back(c);
-      store.edges[e].coedges.end = count(store.edge_coedges);
-    }
+    nurbs::link_edges(store);
     store.shells.push_back({0, {0, count(store.faces)}, true});
     nurbs::Prototype p;
     p.faces = {0, count(store.faces)}, p.edges = {0, count(store.edges)},

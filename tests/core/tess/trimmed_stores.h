@@ -10,6 +10,7 @@
 
 #include "core/base/tolerance.h"
 #include "core/nurbs/bounds.h"
+#include "core/nurbs/link_edges.h"
 #include "core/nurbs/make_store.h"
 #include "core/nurbs/surface.h"
 #include "tests/core/nurbs/trim_stores.h"
@@ -160,15 +161,8 @@ class TrimmedMaker {
     p.faces = whole(store.faces), p.edges = whole(store.edges);
     p.vertices = whole(store.vertices), p.shells = whole(store.shells);
     p.bounds = bounds_;
-    for (std::size_t i = 0; i < store.edges.size(); ++i) {
-      Edge& e = store.edges[i];
-      e.band = std::max(e.band, kMinBand * bounds_.diagonal());
-      e.coedges.begin = static_cast<std::int32_t>(store.edge_coedges.size());
-      for (std::size_t c = 0; c < store.coedges.size(); ++c)
-        if (store.coedges[c].edge == static_cast<std::int32_t>(i))
-          store.edge_coedges.push_back(static_cast<std::int32_t>(c));
-      e.coedges.end = static_cast<std::int32_t>(store.edge_coedges.size());
-    }
+    for (Edge& e : store.edges) e.band = std::max(e.band, kMinBand * bounds_.diagonal());
+    link_edges(store);
     store.prototypes.push_back(p);
     store.instances.emplace_back().prototype = 0;
     store.meta = "{}";

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "core/nurbs/link_edges.h"
 #include "core/nurbs/make_store.h"
 #include "core/nurbs/store.h"
 #include "core/nurbs/surface.h"
@@ -97,12 +98,7 @@ class SolidMaker {
     p.vertices = {0, size_of(store.vertices)}, p.shells = {0, 1};
     for (const auto& v : store.vertices) p.bounds.add(v.point);
     for (const auto& h : store.edge_ctrl_h) p.bounds.add(dvec3(h) / h.w);
-    for (std::int32_t e = 0; e < size_of(store.edges); ++e) {
-      store.edges[e].coedges.begin = size_of(store.edge_coedges);
-      for (std::int32_t c = 0; c < size_of(store.coedges); ++c)
-        if (store.coedges[c].edge == e) store.edge_coedges.push_back(c);
-      store.edges[e].coedges.end = size_of(store.edge_coedges);
-    }
+    nurbs::link_edges(store);
     store.shells.push_back({0, p.faces, true});
     store.prototypes.push_back(p);
     store.instances.emplace_back().prototype = 0;
