@@ -11,15 +11,20 @@ using nurbs::SurfaceKind;
 
 // Angles are cut so that low rules will do.
 constexpr double kWidestAngle = 0.5 * std::numbers::pi;
+// Faces that go round more often than this are damaged, and cut no further.
+constexpr double kMostTurns = 1000.0;
 
 void cut_angle(double lower, double upper, std::vector<double>& lines) {
-  const int parts = static_cast<int>(std::ceil((upper - lower) / kWidestAngle - 1e-9));
+  const int parts = static_cast<int>(std::ceil(std::min((upper - lower) / kWidestAngle, kMostTurns) - 1e-9));
   for (int i = 1; i < parts; ++i) lines.push_back(lower + (upper - lower) * i / parts);
 }
 
 // Lines of a periodic direction beyond the domain, and those where one turn ends and the next begins.
 void repeat(const Box2& domain, dvec2 low, dvec2 high, int axis, double period, std::vector<double>& lines) {
-  if (period <= 0.0 || (low[axis] >= domain.lower[axis] && high[axis] <= domain.upper[axis])) return;
+  const double far = std::max(std::abs(low[axis]), std::abs(high[axis]));
+  if (period <= 0.0 || !(period > 1e-9 * far) || high[axis] - low[axis] > kMostTurns * period ||
+      (low[axis] >= domain.lower[axis] && high[axis] <= domain.upper[axis]))
+    return;
   std::vector<double> turn = std::move(lines);
   turn.push_back(domain.center()[axis] + 0.5 * period);
   lines.clear();
@@ -62,7 +67,8 @@ SmoothCells smooth_cells(const nurbs::NurbsStore& store, const nurbs::Surface& s
     if (surface.kind == SurfaceKind::kSphere || surface.kind == SurfaceKind::kTorus)
       cut_angle(low.y, high.y, cells.v);
     // A torus that meets its axis has poles there.
-    if (surface.kind == SurfaceKind::kTorus && surface.r2 >= surface.r1) {
+    if (surface.kind == SurfaceKind::kTorus && surface.r2 >= surface.r1 &&
+        std::max(std::abs(low.y), std::abs(high.y)) < kMostTurns) {
       const double at = std::acos(-surface.r1 / surface.r2), turn = 2.0 * std::numbers::pi;
       for (const double pole : {at, -at})
         for (double v = pole + turn * std::ceil((low.y - pole) / turn); v < high.y; v += turn)
