@@ -33,7 +33,7 @@ from OCP.TColStd import TColStd_Array1OfInteger, TColStd_Array1OfReal
 
 from .splines import Floats, Spline, distinct
 
-kCircle, kEllipse, kParabola, kHyperbola = range(4)  # store.h, ConicKind
+CIRCLE, ELLIPSE, PARABOLA, HYPERBOLA = range(4)  # store.h, ConicKind
 _UNIT = 1e-12  # how far from 1 the speed of a line may be
 
 
@@ -73,11 +73,11 @@ def space_conic(conic: Any) -> Geom_Curve:
     x, y = conic["x_axis"], conic["y_axis"]
     frame = gp_Ax2(point(conic["location"]), direction(np.cross(x, y)), direction(x))
     kind, r1, r2 = int(conic["kind"]), float(conic["r1"]), float(conic["r2"])
-    if kind == kCircle:
+    if kind == CIRCLE:
         return Geom_Circle(frame, r1)
-    if kind == kEllipse:
+    if kind == ELLIPSE:
         return Geom_Ellipse(frame, r1, r2)
-    return Geom_Parabola(frame, r1) if kind == kParabola else Geom_Hyperbola(frame, r1, r2)
+    return Geom_Parabola(frame, r1) if kind == PARABOLA else Geom_Hyperbola(frame, r1, r2)
 
 
 def space_spline(spline: Spline) -> Geom_BSplineCurve:
@@ -115,11 +115,11 @@ def _flat_conic(conic: Any) -> Geom2d_Curve:
     at = gp_Pnt2d(*conic["location"][:2].tolist())
     frame = gp_Ax22d(at, gp_Dir2d(x0, x1), gp_Dir2d(y0, y1))
     kind, r1, r2 = int(conic["kind"]), float(conic["r1"]), float(conic["r2"])
-    if kind == kCircle:
+    if kind == CIRCLE:
         return Geom2d_Circle(frame, r1)
-    if kind == kEllipse:
+    if kind == ELLIPSE:
         return Geom2d_Ellipse(frame, r1, r2)
-    return Geom2d_Parabola(frame, r1) if kind == kParabola else Geom2d_Hyperbola(frame, r1, r2)
+    return Geom2d_Parabola(frame, r1) if kind == PARABOLA else Geom2d_Hyperbola(frame, r1, r2)
 
 
 def _line(spline: Spline) -> tuple[Floats, Floats] | None:

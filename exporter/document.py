@@ -17,7 +17,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
-from ..importer.model import kNoColor
+from ..importer.model import NO_COLOR
 from ..importer.occt import new_document
 from ..importer.shapes import compound_of
 
@@ -33,7 +33,7 @@ class Part:
 
     shape: TopoDS_Shape
     name: str = ""
-    color: Color = kNoColor
+    color: Color = NO_COLOR
     faces: list[tuple[TopoDS_Shape, Color, str]] = field(default_factory=list)
     layers: list[str] = field(default_factory=list)
     face_layers: list[tuple[TopoDS_Shape, str]] = field(default_factory=list)
@@ -47,7 +47,7 @@ class Node:
     parent: int
     part: int
     placement: tuple[float, ...]  # 12 numbers, rows, to the parent
-    color: Color = kNoColor
+    color: Color = NO_COLOR
 
 
 Issue = tuple[int, str]  # (face number, or -1, reason)
@@ -110,7 +110,7 @@ def nodes_of(meta: dict[str, Any], parts: Any, placements: Any, colors: Any) -> 
             color,
         )
         for i, n in enumerate(meta["tree"])
-        for part, color in [leaves.get(i, (-1, kNoColor))]
+        for part, color in [leaves.get(i, (-1, NO_COLOR))]
     ]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from OCP.BinTools import BinTools_ShapeSet
 
 from ..importer import wire
-from ..importer.model import BrepModel, kNoColor
+from ..importer.model import NO_COLOR, BrepModel
 from ..importer.occt import faces_of
 from .document import Color, Part, Writable, writable
 
@@ -26,7 +26,7 @@ def document_of(model: BrepModel) -> Writable:
     holders = [faces_of(part.shape) for part in parts]
     for number in sorted(colors.keys() | model.face_names.keys()):
         face = shapes.Shape(number)
-        entry = face, colors.get(number, kNoColor), model.face_names.get(number, "")
+        entry = face, colors.get(number, NO_COLOR), model.face_names.get(number, "")
         for part, held in zip(parts, holders, strict=True):
             if held.Contains(face):
                 part.faces.append(entry)

@@ -28,8 +28,8 @@ from .curves import direction, integers, point, reals, space_curve
 from .splines import Floats, Spline, distinct, over_unit
 
 # store.h, SurfaceKind
-kPlane, kCylinder, kCone, kSphere, kTorus = range(5)
-kExtrusion, kRevolution, kBezier, kBspline, kOffset, kMesh, kNone = range(5, 12)
+PLANE, CYLINDER, CONE, SPHERE, TORUS = range(5)
+EXTRUSION, REVOLUTION, BEZIER, BSPLINE, OFFSET, MESH, NO_SURFACE = range(5, 12)
 _FULL = 1e-9  # of a period
 
 
@@ -45,23 +45,23 @@ def surface_of(arrays: dict[str, Any], index: int, within: Floats | None = None)
     """
     f = arrays["surfaces"][index]
     basis = _basis(arrays, f, within)
-    if int(f["kind"]) != kOffset:
+    if int(f["kind"]) != OFFSET:
         return basis
     return Geom_OffsetSurface(basis, float(f["offset"]), True)
 
 
 def _basis(arrays: dict[str, Any], f: Any, within: Floats | None) -> Geom_Surface:
     kind = int(f["basis"])
-    if kind <= kTorus:
+    if kind <= TORUS:
         return _elementary(kind, f)
-    if kind in (kExtrusion, kRevolution):
-        return _sweep(arrays, f, kind == kExtrusion, within)
+    if kind in (EXTRUSION, REVOLUTION):
+        return _sweep(arrays, f, kind == EXTRUSION, within)
     if int(f["map_u"]) or int(f["map_v"]):
         raise SurfaceError("a closed form that was stretched: its parameter is no longer an angle")
     spline = _grid(arrays, f)
-    if kind == kBezier:
+    if kind == BEZIER:
         return _bezier(f, *spline)
-    if kind == kBspline:
+    if kind == BSPLINE:
         return _bspline(f, *spline, within)
     raise SurfaceError("no surface")
 
@@ -72,13 +72,13 @@ def _elementary(kind: int, f: Any) -> Geom_Surface:
     if float(np.dot(f["y_axis"], (y.X(), y.Y(), y.Z()))) < 0.0:
         frame.YReverse()
     r1, r2 = float(f["r1"]), float(f["r2"])
-    if kind == kPlane:
+    if kind == PLANE:
         return Geom_Plane(frame)
-    if kind == kCylinder:
+    if kind == CYLINDER:
         return Geom_CylindricalSurface(frame, r1)
-    if kind == kCone:
+    if kind == CONE:
         return Geom_ConicalSurface(frame, float(f["semi_angle"]), r1)
-    return Geom_SphericalSurface(frame, r1) if kind == kSphere else Geom_ToroidalSurface(frame, r1, r2)
+    return Geom_SphericalSurface(frame, r1) if kind == SPHERE else Geom_ToroidalSurface(frame, r1, r2)
 
 
 def _grid(arrays: dict[str, Any], f: Any) -> tuple[Floats, Floats, Floats]:

@@ -28,9 +28,9 @@ from OCP.TopoDS import (
 from ..importer.shapes import compound_of
 from .curves import flat_curve, point, space_curve
 from .splines import CurveError, Floats, Spline, joined
-from .surfaces import SurfaceError, kPlane, surface_of
+from .surfaces import PLANE, SurfaceError, surface_of
 
-kConfusion = 1e-7  # mm: the tolerance of what the file gave none, OpenCascade's least
+CONFUSION = 1e-7  # mm: the tolerance of what the file gave none, OpenCascade's least
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 _SAME = 1e-12  # of the prototype's size: a p-curve in a plane is the projection of its edge
 
@@ -80,10 +80,10 @@ class PrototypeBuilder:
         face = TopoDS_Face()
         if len(loops) == 0:
             (u0, v0), (u1, v1) = f["uv_box"].tolist()
-            made = BRepBuilderAPI_MakeFace(surface, u0, u1, v0, v1, kConfusion)
+            made = BRepBuilderAPI_MakeFace(surface, u0, u1, v0, v1, CONFUSION)
             face = made.Face()
         else:
-            self._builder.MakeFace(face, surface, TopLoc_Location(), kConfusion)
+            self._builder.MakeFace(face, surface, TopLoc_Location(), CONFUSION)
             plane = self.arrays["surfaces"][int(f["surface"])] if self._is_plane(f) else None
             wires = [w for w in map(self._coedges, loops) if w is not None]
             self._put_on(wires, surface, plane)
@@ -92,7 +92,7 @@ class PrototypeBuilder:
         return TopoDS.Face_s(face.Oriented(_REVERSED if f["reversed"] else _FORWARD))
 
     def _is_plane(self, f: Any) -> bool:
-        return int(self.arrays["surfaces"][int(f["surface"])]["kind"]) == kPlane
+        return int(self.arrays["surfaces"][int(f["surface"])]["kind"]) == PLANE
 
     def _coedges(self, loop: int) -> Any | None:
         """The records of a loop; None for one of poles alone, which copies another loop one period on."""
@@ -147,7 +147,7 @@ class PrototypeBuilder:
 
     def _make_edge(self, e: Any) -> tuple[TopoDS_Edge, Spline | None]:
         edge, path = TopoDS_Edge(), None
-        tolerance = float(e["tolerance"]) or kConfusion
+        tolerance = float(e["tolerance"]) or CONFUSION
         self._builder.MakeEdge(edge)
         if e["degenerate"]:
             self._builder.UpdateEdge(edge, tolerance)
@@ -165,7 +165,7 @@ class PrototypeBuilder:
         if number not in self._vertices:
             record = self.arrays["vertices"][number]
             vertex = TopoDS_Vertex()
-            self._builder.MakeVertex(vertex, point(record["point"]), float(record["tolerance"]) or kConfusion)
+            self._builder.MakeVertex(vertex, point(record["point"]), float(record["tolerance"]) or CONFUSION)
             self._vertices[number] = vertex
         return self._vertices[number]
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # Of one kind of fault so many are listed, and the others counted.
 _MOST = 200
 # Radians: OpenCascade's readers call two faces smooth where their normals differ by no more than half of it.
-kSmooth = 0.02
+SMOOTH = 0.02
 
 # Healing splits and merges these, and files hold some that no face uses: their numbers prove nothing.
 _LOOSE = ("edges", "vertices", "loops")
@@ -228,8 +228,8 @@ def _edges(inspection: Inspection) -> Iterator[Finding]:
         angle = float(claimed.max())
         place = f"edge {int(edges.edge[int(claimed.argmax())])}"
         yield Finding(
-            "geometry", "largest angle where faces are said to be smooth (G1)", 0.0, angle, angle <= kSmooth,
-            "rad", angle, kSmooth, where=place,
+            "geometry", "largest angle where faces are said to be smooth (G1)", 0.0, angle, angle <= SMOOTH,
+            "rad", angle, SMOOTH, where=place,
         )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from .geometry import compare_geometry
 from .mass import compare_mass
 from .match import match
 from .pcurves import compare_pcurves
-from .pictures import VIEWS, compare_pictures, kSize
+from .pictures import SIZE, VIEWS, compare_pictures
 from .record import Comparison, Finding, Picture, Verdict, verdict_of
 from .side import Side, read
 from .structure import compare_structure
@@ -32,7 +32,7 @@ def compare(
     profile: str = "default",
     pictures: bool = True,
     views: Sequence[str] = VIEWS,
-    size: tuple[int, int] = kSize,
+    size: tuple[int, int] = SIZE,
     images: bool = True,
     colors: bool = True,
     points: int = 20000,

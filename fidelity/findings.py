@@ -9,7 +9,7 @@ from .record import NOT_COMPARED, Finding, Section
 from .side import Side
 
 # Findings of one name that are listed singly.
-kMany = 20
+MANY = 20
 
 
 def found(
@@ -55,11 +55,11 @@ def not_comparable(section: Section, name: str, values: Sequence[Any], reason: s
 def limited(findings: Iterable[Finding]) -> list[Finding]:
     """The first of many findings of one name, and one that tells of the others."""
     every = list(findings)
-    if len(every) <= kMany:
+    if len(every) <= MANY:
         return every
-    rest = every[kMany:]
+    rest = every[MANY:]
     missing = any(finding.missing for finding in rest)
     more = Finding(
         rest[0].section, rest[0].name, None, None, False, missing=missing, reason=f"and {len(rest)} more"
     )
-    return [*every[:kMany], more]
+    return [*every[:MANY], more]

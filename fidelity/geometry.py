@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from trimray.distances import Samples
 
-from .findings import found, kMany, not_comparable
+from .findings import MANY, found, not_comparable
 from .match import Matching
 from .record import Finding
 from .side import Float64s, Int64s, Side
@@ -268,13 +268,13 @@ def _worst(items: Int64s, wrong: Bools, values: Float64s) -> list[Int64s]:
 
 def limited_groups(groups: list[Int64s], finding_of: Callable[[Int64s], Finding]) -> list[Finding]:
     """One finding for each of the first groups, and one for all the others."""
-    made = [finding_of(rows) for rows in groups[: kMany + 1]]
-    if len(groups) <= kMany:
+    made = [finding_of(rows) for rows in groups[: MANY + 1]]
+    if len(groups) <= MANY:
         return made
     more = replace(
-        made[-1], a=None, b=None, difference=None, where="", reason=f"and {len(groups) - kMany} more"
+        made[-1], a=None, b=None, difference=None, where="", reason=f"and {len(groups) - MANY} more"
     )
-    return [*made[:kMany], more]
+    return [*made[:MANY], more]
 
 
 def _face_off(

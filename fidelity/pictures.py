@@ -26,7 +26,7 @@ from .side import Float64s, Side
 from .tolerances import Tolerances
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
-kSize = (384, 384)
+SIZE = (384, 384)
 # Layers of coincident faces that a ray is asked for.
 _LAYERS = 4
 _AROUND = 8
@@ -62,7 +62,7 @@ def compare_pictures(
     tolerances: Tolerances,
     *,
     views: Sequence[str] = VIEWS,
-    size: tuple[int, int] = kSize,
+    size: tuple[int, int] = SIZE,
     images: bool = True,
     colors: bool = True,
     threads: int = 0,

@@ -16,12 +16,12 @@ from .result import Result
 from .tolerances import PROFILES
 
 # Counts up when a reader of the old form would misunderstand the new one.
-kFormat = 1
+FORMAT = 1
 
 
 def document(results: Sequence[Result]) -> dict[str, Any]:
     """What is written: plain values, none of them infinite or not a number."""
-    document = {"format": kFormat, "trimray": __version__, "results": [_result(result) for result in results]}
+    document = {"format": FORMAT, "trimray": __version__, "results": [_result(result) for result in results]}
     cleaned: dict[str, Any] = plain(document)
     return cleaned
 

@@ -11,7 +11,7 @@ from .record import Comparison, Finding, Verdict
 Command = Literal["check", "roundtrip", "compare"]
 VERDICTS: tuple[Verdict, ...] = ("complete", "changed", "partial", "empty", "failed")  # from good to bad
 
-kDifferent = 7  # exit code
+DIFFERENT = 7  # exit code
 
 
 @dataclass(frozen=True)
@@ -43,4 +43,4 @@ class Result:
 
 def exit_code_of(comparisons: Sequence[Comparison]) -> int:
     """0, or 7 where one of them is not complete."""
-    return 0 if all(c.verdict == "complete" for c in comparisons) else kDifferent
+    return 0 if all(c.verdict == "complete" for c in comparisons) else DIFFERENT

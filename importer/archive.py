@@ -7,7 +7,7 @@ import zlib
 from pathlib import Path, PurePosixPath
 
 from .errors import InputError, MemoryLimitError
-from .formats import MODELS, Format, extension, kSniffBytes, names_model, sniff
+from .formats import MODELS, SNIFF_BYTES, Format, extension, names_model, sniff
 
 # Nothing grows beyond this, whatever the caller's memory limit: a guard against decompression bombs.
 _MOST_UNPACKED_BYTES = 4 << 30
@@ -81,7 +81,7 @@ def _unpack_zip(path: Path, folder: Path, name: str, limit: int) -> tuple[Path, 
             if member.is_dir() or PurePosixPath(member.filename).name.startswith("."):
                 continue
             with archive.open(member) as source:
-                head = source.read(kSniffBytes)
+                head = source.read(SNIFF_BYTES)
                 if sniff(head, member.filename, member.file_size) not in MODELS:
                     continue
                 target = folder / _safe(PurePosixPath(member.filename).name)

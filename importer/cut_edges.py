@@ -7,7 +7,7 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Shape, TopoDS_Vertex
 
-from .edge_map import EdgeMap, Points, SpaceCurve, children, kForward
+from .edge_map import FORWARD, EdgeMap, Points, SpaceCurve, children
 
 _SAMPLES = 33  # of a curve
 _SHORTEST = 4.0  # tolerances, of a piece
@@ -90,7 +90,7 @@ def _cut(shapes: EdgeMap, edge: TopoDS_Edge, cuts: list[float]) -> list[TopoDS_E
     pieces = []
     for k in range(len(bounds) - 1):
         piece = TopoDS.Edge_s(edge.EmptyCopied())
-        shapes.builder.Add(piece, ends[k].Oriented(kForward))
+        shapes.builder.Add(piece, ends[k].Oriented(FORWARD))
         shapes.builder.Add(piece, ends[k + 1].Oriented(TopAbs_Orientation.TopAbs_REVERSED))
         shapes.builder.Range(piece, bounds[k], bounds[k + 1])
         pieces.append(piece)

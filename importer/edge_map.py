@@ -15,7 +15,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Iterator, TopoDS
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
 Points = NDArray[np.float64]  # (n, 3), mm
-kForward = TopAbs_Orientation.TopAbs_FORWARD
+FORWARD = TopAbs_Orientation.TopAbs_FORWARD
 
 
 class EdgeMap:
@@ -35,7 +35,7 @@ class EdgeMap:
                 explorer.Next()
 
     def edge(self, index: int) -> TopoDS_Edge:
-        return TopoDS.Edge_s(self.edges.FindKey(index).Oriented(kForward))
+        return TopoDS.Edge_s(self.edges.FindKey(index).Oriented(FORWARD))
 
     def free_edges(self) -> list[int]:
         """Edges that one face uses once, and that have a curve and two ends."""
@@ -47,13 +47,13 @@ class EdgeMap:
 
     def rebuilt(self, face: TopoDS_Face, edges: dict[int, tuple[list[TopoDS_Edge], bool]]) -> TopoDS_Shape:
         """The face with its edges replaced: by edges that follow each other, or by one that may be turned."""
-        forward = face.Oriented(kForward)
+        forward = face.Oriented(FORWARD)
         new_face = forward.EmptyCopied()
         for wire in children(forward):
-            new_wire = wire.EmptyCopied().Oriented(kForward)
-            for edge in children(wire.Oriented(kForward)):
+            new_wire = wire.EmptyCopied().Oriented(FORWARD)
+            for edge in children(wire.Oriented(FORWARD)):
                 new, turned = edges.get(self.edges.FindIndex(edge), ([edge], False))
-                for part in new if edge.Orientation() == kForward else new[::-1]:
+                for part in new if edge.Orientation() == FORWARD else new[::-1]:
                     use = part.Oriented(edge.Orientation())
                     self.builder.Add(new_wire, use.Reversed() if turned else use)
             new_wire.Closed(wire.Closed())

@@ -8,7 +8,7 @@ from OCP.BinTools import BinTools_FormatVersion, BinTools_ShapeSet
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 
-from .model import BrepModel, Float32s, Instance, TreeNode, kNoColor
+from .model import NO_COLOR, BrepModel, Float32s, Instance, TreeNode
 from .occt import faces_of
 from .report import Report
 from .scene import Color, Scene, matrix
@@ -100,8 +100,8 @@ def _count_faces(scene: Scene, report: Report) -> None:
 
 
 def _encode(colors: list[Color | None] | list[Color]) -> Float32s:
-    """(n, 4) float32, sRGB-encoded, from linear colours; kNoColor for None."""
-    array = np.array([kNoColor if color is None else color for color in colors], dtype=np.float64).reshape(
+    """(n, 4) float32, sRGB-encoded, from linear colours; NO_COLOR for None."""
+    array = np.array([NO_COLOR if color is None else color for color in colors], dtype=np.float64).reshape(
         -1, 4
     )
     given = array[:, 0] >= 0.0

@@ -7,7 +7,7 @@ Format = Literal["step", "iges", "brep", "binbrep", "stl", "obj", "ply", "off", 
 TRIANGLES: tuple[Format, ...] = ("stl", "obj", "ply", "off")
 MODELS: tuple[Format, ...] = ("step", "iges", "brep", "binbrep", *TRIANGLES)
 
-kSniffBytes = 4096
+SNIFF_BYTES = 4096
 
 _EXTENSIONS: dict[str, Format] = {
     ".step": "step", ".stp": "step", ".p21": "step", ".iges": "iges", ".igs": "iges",
@@ -23,7 +23,7 @@ _SECTION = re.compile(rb"[SCBGDPT] *\d+ *\Z")
 
 
 def sniff(head: bytes, name: str = "", size: int | None = None) -> Format:
-    """Format of a file from its first ``kSniffBytes`` bytes and, only where these leave it open, its name.
+    """Format of a file from its first ``SNIFF_BYTES`` bytes and, only where these leave it open, its name.
 
     size: of the file; a binary STL file shows by nothing else.
     """

@@ -22,11 +22,11 @@ class IgesAudit:
         """arrived: distinct faces in the model."""
         entities = self.text.entities
         trimmed = {_pointer(e, _SURFACE_PARAMETER[e.type]) for e in entities if e.type in _SURFACE_PARAMETER}
-        faces = [e for e in entities if e.type in iges_text.kFaceTypes]
+        faces = [e for e in entities if e.type in iges_text.FACE_TYPES]
         loose = [
             e
             for e in entities
-            if e.type in iges_text.kSurfaceTypes
+            if e.type in iges_text.SURFACE_TYPES
             and e.number not in trimmed
             and (e.type != 108 or e.form != 0)
             and e.type < 190
@@ -78,7 +78,7 @@ class IgesAudit:
     def _not_understood(self, entities: list[Entity], arrived: int) -> None:
         """Solids by construction, and planes without a border."""
         for entity in entities:
-            name = iges_text.kSolidTypes.get(entity.type)
+            name = iges_text.SOLID_TYPES.get(entity.type)
             if name is not None and not entity.subordinate:
                 reason = f"{name}: constructive solid geometry is not read"
                 self.report.add(f"D{entity.number}", f"entity {entity.type}", reason)

@@ -9,10 +9,10 @@ import re
 from dataclasses import dataclass, field
 
 _LINE = re.compile(rb"\r\n|\n|\r")
-kFaceTypes = (143, 144, 510)
+FACE_TYPES = (143, 144, 510)
 # Surfaces that become faces when nothing trims them.
-kSurfaceTypes = (108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198)
-kSolidTypes = {
+SURFACE_TYPES = (108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198)
+SOLID_TYPES = {
     150: "block", 152: "right angular wedge", 154: "right circular cylinder",
     156: "right circular cone frustum",
     158: "sphere", 160: "torus", 162: "solid of revolution", 164: "solid of linear extrusion",

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from . import archive
-from .formats import Format, kSniffBytes, sniff
+from .formats import SNIFF_BYTES, Format, sniff
 from .report import Report
 
 
@@ -34,7 +34,7 @@ def open_input(path: str, *, name: str, folder: str, memory_limit: int | None, r
 
 def kind_of(path: str, name: str) -> Format:
     with open(path, "rb") as file:
-        return sniff(file.read(kSniffBytes), name, os.path.getsize(path))
+        return sniff(file.read(SNIFF_BYTES), name, os.path.getsize(path))
 
 
 def _utf8_path(path: str, folder: str) -> str:

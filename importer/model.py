@@ -17,7 +17,7 @@ Int32s = npt.NDArray[np.int32]
 Float32s = npt.NDArray[np.float32]
 Float64s = npt.NDArray[np.float64]
 
-kNoColor = (-1.0, 0.0, 0.0, 1.0)
+NO_COLOR = (-1.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTo
 
 from trimray.importer import occt
 
-kSurf = XCAFDoc_ColorType.XCAFDoc_ColorSurf
-kCurv = XCAFDoc_ColorType.XCAFDoc_ColorCurv
+SURFACE_COLOR = XCAFDoc_ColorType.XCAFDoc_ColorSurf
+CURVE_COLOR = XCAFDoc_ColorType.XCAFDoc_ColorCurv
 
 
 def box(x: float = 10.0, y: float = 20.0, z: float = 30.0) -> TopoDS_Shape:
@@ -88,7 +88,9 @@ class Document:
     def subshape(self, part: TDF_Label, shape: TopoDS_Shape) -> TDF_Label:
         return self.shapes.AddSubShape(part, shape)
 
-    def color(self, label: TDF_Label, color: Quantity_ColorRGBA, kind: XCAFDoc_ColorType = kSurf) -> None:
+    def color(
+        self, label: TDF_Label, color: Quantity_ColorRGBA, kind: XCAFDoc_ColorType = SURFACE_COLOR
+    ) -> None:
         self.colors.SetColor(label, color, kind)
 
     def color_occurrence(
@@ -99,7 +101,7 @@ class Document:
         for component in components:
             place = place.Multiplied(XCAFDoc_ShapeTool.GetLocation_s(component))
         shape = XCAFDoc_ShapeTool.GetShape_s(part).Moved(place)
-        assert self.colors.SetInstanceColor(shape, kSurf, color)
+        assert self.colors.SetInstanceColor(shape, SURFACE_COLOR, color)
 
     def write(self, path: Path, *, unit: str = "MM") -> Path:
         self.shapes.UpdateAssemblies()

@@ -24,7 +24,7 @@ from trimray.importer.formats import sniff
 from trimray.importer.step_text import StepText
 
 # Seconds after which a hang of OpenCascade is taken for one.
-kPatience = 4.0
+PATIENCE = 4.0
 
 
 def test_missing_file(tmp_path):
@@ -129,7 +129,7 @@ def test_self_reference_ends(tmp_path):
     assert count == 1
     path.write_text(text)
     try:
-        report = read_model(path, time_limit=kPatience).report
+        report = read_model(path, time_limit=PATIENCE).report
     except (InputError, TimeLimitError) as error:
         assert "box.step" in str(error)
     else:
@@ -141,7 +141,7 @@ def test_wild_coordinates_end_in_a_model_or_an_input_error(tmp_path, replacement
     path = make.step_file(tmp_path / "box.step", make.box())
     path.write_text(path.read_text().replace("(10.,", f"({replacement},", 3))
     try:
-        assert isinstance(read_model(path, time_limit=kPatience), BrepModel)
+        assert isinstance(read_model(path, time_limit=PATIENCE), BrepModel)
     except (InputError, TimeLimitError) as error:
         assert "\n" not in str(error)
 

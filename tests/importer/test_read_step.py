@@ -71,7 +71,7 @@ def test_transparency_is_kept(read_here, tmp_path):
 
 def test_curve_color_colors_no_surface(read_here, tmp_path):
     document = make.Document()
-    document.color(document.part(make.box(), "box"), make.rgba(0.2, 0.4, 0.6), make.kCurv)
+    document.color(document.part(make.box(), "box"), make.rgba(0.2, 0.4, 0.6), make.CURVE_COLOR)
     model = read_here(document.write(tmp_path / "box.step"))
     assert model.prototype_colors[0, 0] < 0
     assert len(model.face_colors) == 0
