@@ -216,17 +216,19 @@ def swapped_transform(arrays: Arrays, meta: Meta, diagonal: float) -> str:
 
 
 def changed_knot(arrays: Arrays, meta: Meta, diagonal: float) -> str:
-    """One inner knot of the largest spline face, by a hundredth of its span."""
+    """One inner knot of the largest spline face that has one, by a hundredth of its span. A knot as multiple
+    as the degree only parts two polynomials: moved, it leaves the surface where it is."""
     for face in _sound_faces(arrays).tolist():
         record = arrays["surfaces"][int(arrays["faces"]["surface"][face])]
         if int(record["kind"]) != _BSPLINE:
             continue
-        for key in ("knots_u", "knots_v"):
+        for key, degree in (("knots_u", record["degree_u"]), ("knots_v", record["degree_v"])):
             begin, end = record[key].tolist()
             knots = arrays["knots"][begin:end]
-            values = np.unique(knots)
-            if len(values) > 2:
-                middle = len(values) // 2
+            values, counts = np.unique(knots, return_counts=True)
+            simple = [i for i in range(1, len(values) - 1) if counts[i] < degree]
+            if simple:
+                middle = simple[len(simple) // 2]
                 knots[knots == values[middle]] += 1e-2 * (values[middle + 1] - values[middle])
                 return f"face {face}"
     raise NotApplicable
