@@ -30,6 +30,7 @@ MODELS = (
     "TAIL_TURBINE.stp",
     "SOT404.igs",
     "nacelle.stp",
+    "helix_thread.step",
     "4040_base_mount.step",
     "M6-1x12-countersunk-screw.step",
     "nist_ctc_01_asme1_ap242-e1.stp",
