@@ -696,5 +696,5 @@ def sample_edges(
 
 def measure_mass(store: Store, threads: int = 0) -> dict[str, Any]:
     """
-    area, volume, each with its error; centroid, inertia about it, centroid_error, inertia_error; face_areas, shell_volumes, in their prototypes, with their errors; left_out: faces without an area.
+    area, volume, each with its error; centroid, inertia about it, centroid_error, inertia_error; shell_volumes, in their prototypes, with their errors; face_integrals, face_integral_errors (n, 11), in their prototypes, NaN for faces that cannot be drawn, about origins (p, 3): area; by the divergence theorem volume, x, y, z, xx, xy, xz, yy, yz, zz; left_out: faces without an area.
     """

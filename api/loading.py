@@ -123,22 +123,13 @@ def _from_cache(key: str, shown: str, prepare: bool) -> Model | None:
 
 def _store(read: BrepModel | MeshModel) -> _core.Store:
     from .importer import MeshModel
+    from .importer.build_store import build_store
 
     if isinstance(read, MeshModel):
         return _core.Store.from_triangles(
             read.vertices, read.triangles, read.group_ends, read.group_colors, read.meta_json()
         )
-    return _core.Store.build(
-        read.brep,
-        read.prototype_shapes,
-        read.prototype_colors,
-        read.face_color_shapes,
-        read.face_colors,
-        read.instance_prototypes,
-        read.instance_placements,
-        read.instance_colors,
-        read.meta_json(),
-    )
+    return build_store(read)
 
 
 def _import(

@@ -1,25 +1,15 @@
 """Volume, area, centroid and inertia of prototypes and of the whole, with the integration's own error."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from OCP.Bnd import Bnd_Box
-from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepGProp import BRepGProp
-from OCP.gp import gp_Pnt
-from OCP.GProp import GProp_GProps
-from OCP.TopoDS import TopoDS_Shape
 
-from .inspect_shape import Walk, has_surface
+from .. import _core
+from .inspect_shape import Walk
 from .inspection import Mass
 
 Array = npt.NDArray[np.float64]
-
-# Relative error of each face's integral that is asked for. Gauss-Kronrod integration, OpenCascade's other
-# way, takes a thousand times as long on a torus and knows its error no better.
-_EPSILON = 1e-10
 
 
 @dataclass(frozen=True)
@@ -36,43 +26,39 @@ class Moments:
 class Measured:
     mass: Mass
     moments: Moments
-    face_areas: list[float]
+    face_areas: Array  # nan for faces that cannot be drawn
     inside_out: list[int]  # indices of shells
 
 
-def measure(walk: Walk) -> Measured:
-    """Of one prototype, in its own coordinates."""
-    low, high = rough_bounds(walk.shape)
-    origin = (low + high) / 2
-    start = gp_Pnt(*origin)
-    areas: list[float] = []
-    area_error = 0.0
-    weighted = np.zeros(3)
-    for use in walk.faces:
-        area, error, centre = _area(use.face, start) if has_surface(use.face) else (0.0, 0.0, origin)
-        areas.append(area)
-        area_error += error
-        weighted += area * centre
-    total = math.fsum(areas)
-    moments = Moments(0.0, np.zeros(3), np.zeros((3, 3)), origin)
-    volume_error = 0.0
+def measure(store: _core.Store, walks: list[Walk]) -> list[Measured]:
+    """Of every prototype, in its own coordinates. store: of the shapes that were walked."""
+    found = _core.measure_mass(store)
+    values, errors = found["face_integrals"], found["face_integral_errors"]
+    return [_part(walk, values, errors, origin) for walk, origin in zip(walks, found["origins"], strict=True)]
+
+
+def _part(walk: Walk, values: Array, errors: Array, origin: Array) -> Measured:
+    """values, errors: (n, 11) of all faces, as _core.measure_mass gives them."""
+    numbers = np.array([use.number for use in walk.faces], dtype=np.intp)
+    areas = values[numbers, 0]
+    body, error = np.zeros(11), 0.0
     inside_out: list[int] = []
     several = {shell.solid for shell in walk.shells if shell.solid >= 0 and _count(walk, shell.solid) > 1}
     for index, shell in enumerate(walk.shells):
-        if not shell.closed or not all(has_surface(use.face) for use in shell.faces):
+        faces = [use.number for use in shell.faces]
+        if not shell.closed or np.isnan(values[faces]).any():
             continue
-        properties = GProp_GProps(start)
-        error = BRepGProp.VolumeProperties_s(shell.shell, properties, _EPSILON, False, False)
-        volume_error += abs(error * properties.Mass())
-        moments = _sum(moments, _moments(properties, origin))
-        if properties.Mass() < 0.0 and shell.solid not in several:
+        integrals, off = values[faces].sum(axis=0), float(errors[faces, 1].sum())
+        body, error = body + integrals, error + off
+        if integrals[1] < -off and shell.solid not in several:
             inside_out.append(index)
+    second = body[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
+    moments = Moments(float(body[1]), body[2:5], second, origin)
     mass = replace(
-        _mass_of(moments),
-        volume_error=volume_error,
-        area=total,
-        area_error=area_error,
-        area_centroid=tuple((weighted / total).tolist()) if total > 0.0 else None,
+        _mass_of(moments, error),
+        area=float(np.nansum(areas)),
+        area_error=float(np.nansum(errors[numbers, 0])),
+        left_out=tuple(numbers[np.isnan(areas)].tolist()),
     )
     return Measured(mass, moments, areas, inside_out)
 
@@ -83,7 +69,6 @@ def whole(parts: list[Measured], instances: list[int], placements: Array) -> Mas
     middles = [m[:, :3] @ parts[p].moments.origin + m[:, 3] for p, m in zip(instances, matrices, strict=True)]
     total = Moments(0.0, np.zeros(3), np.zeros((3, 3)), np.mean(middles, axis=0))
     area = area_error = volume_error = area_noise = volume_noise = 0.0
-    weighted = np.zeros(3)
     for part, matrix in zip(instances, matrices, strict=True):
         scale = abs(float(np.linalg.det(matrix[:, :3])))
         mass, size = parts[part].mass, scale ** (2.0 / 3.0)
@@ -93,39 +78,18 @@ def whole(parts: list[Measured], instances: list[int], placements: Array) -> Mas
         area_noise += size * mass.area_noise
         volume_error += scale * mass.volume_error
         volume_noise += scale * mass.volume_noise
-        if mass.area_centroid is not None:
-            weighted += size * mass.area * (matrix[:, :3] @ np.array(mass.area_centroid) + matrix[:, 3])
     return replace(
-        _mass_of(total),
-        volume_error=volume_error,
+        _mass_of(total, volume_error),
         volume_noise=volume_noise,
         area=area,
         area_error=area_error,
         area_noise=area_noise,
-        area_centroid=tuple((weighted / area).tolist()) if area > 0.0 else None,
+        left_out=tuple(sorted({face for part in instances for face in parts[part].mass.left_out})),
     )
 
 
 def _count(walk: Walk, solid: int) -> int:
     return sum(shell.solid == solid for shell in walk.shells)
-
-
-def _area(face: TopoDS_Shape, origin: gp_Pnt) -> tuple[float, float, Array]:
-    properties = GProp_GProps(origin)
-    error = BRepGProp.SurfaceProperties_s(face, properties, _EPSILON, False)
-    centre = properties.CentreOfMass()
-    return properties.Mass(), abs(error * properties.Mass()), np.array([centre.X(), centre.Y(), centre.Z()])
-
-
-def _moments(properties: GProp_GProps, origin: Array) -> Moments:
-    """From OpenCascade's mass, centre and inertia about the centre."""
-    mass = properties.Mass()
-    centre = properties.CentreOfMass()
-    inertia = properties.MatrixOfInertia()
-    about = np.array([[inertia.Value(row, column) for column in (1, 2, 3)] for row in (1, 2, 3)])
-    arm = np.array([centre.X(), centre.Y(), centre.Z()]) - origin
-    second = np.trace(about) / 2 * np.eye(3) - about
-    return Moments(mass, mass * arm, second + mass * np.outer(arm, arm), origin)
 
 
 def _moved(moments: Moments, origin: Array) -> Moments:
@@ -151,24 +115,16 @@ def _placed(moments: Moments, matrix: Array, scale: float) -> Moments:
     )
 
 
-def _mass_of(moments: Moments) -> Mass:
-    if moments.mass == 0.0:
-        return Mass()
+def _mass_of(moments: Moments, error: float) -> Mass:
+    """error: of the volume; one that may be 0 has no centroid."""
+    if abs(moments.mass) <= error:
+        return Mass(volume=moments.mass, volume_error=error)
     arm = moments.first / moments.mass
     central = moments.second - moments.mass * np.outer(arm, arm)
     inertia = np.trace(central) * np.eye(3) - central
     return Mass(
         volume=moments.mass,
+        volume_error=error,
         centroid=tuple((moments.origin + arm).tolist()),
         inertia=tuple(((inertia + inertia.T) / 2).ravel().tolist()),
     )
-
-
-def rough_bounds(shape: TopoDS_Shape) -> tuple[Array, Array]:
-    """Lower and upper corner of a box that holds the shape; zeros for one without extent or end."""
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box, False)
-    if box.IsVoid() or box.IsOpen():
-        return np.zeros(3), np.zeros(3)
-    low, high = box.CornerMin(), box.CornerMax()
-    return np.array([low.X(), low.Y(), low.Z()]), np.array([high.X(), high.Y(), high.Z()])

@@ -1,20 +1,22 @@
 """From a scene, as a reader leaves it, to an Inspection."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-import numpy.typing as npt
 from OCP.TopoDS import TopoDS_Shape
 
+from .. import _core
 from . import declared, inspect_mass, inspect_validity
+from .build_store import build_store
+from .errors import InputError
 from .extract import build_model
 from .inspect_edges import EdgeFacts, inspect_edges
 from .inspect_mass import Measured
 from .inspect_shape import Walk, counts, walk_prototype
 from .inspection import Fault, Inspection, Prototype, Topology
 from .inspection_wire import edges_of
-from .model import BrepModel
 from .read_file import ReadScene
 from .report import Report
 from .scene import Scene
@@ -33,11 +35,17 @@ class _Part:
 def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b"") -> Inspection:
     """data: the file's bytes, b"" for a shape given in Python."""
     scene = read.scene
+    model = build_model(scene, report, unit=read.unit, unit_mm=read.unit_mm, source=read.source)
     with report.stage("measure"):
         walks: list[Walk] = []
         for part in scene.parts:
             walks.append(walk_prototype(part.shape, sum(len(walk.faces) for walk in walks)))
-        bodies = [_part(walk) for walk in walks]
+        try:
+            store = build_store(model)
+        except _core.CoreError as error:
+            raise InputError(f"{name}: {error}") from None
+        measured = inspect_mass.measure(store, walks)
+        bodies = [_part(walk, part) for walk, part in zip(walks, measured, strict=True)]
     faults: list[Fault] = []
     rows: list[EdgeFacts] = []
     with report.stage("edges"):
@@ -46,7 +54,6 @@ def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b
     with report.stage("check"):
         for index, body in enumerate(bodies):
             faults.extend(inspect_validity.check(body.walk, index))
-    model = build_model(scene, report, unit=read.unit, unit_mm=read.unit_mm, source=read.source)
     places = Counter(model.instance_prototypes.tolist())
     prototypes = tuple(
         Prototype(
@@ -68,7 +75,7 @@ def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b
     with report.stage("properties"):
         measured = [body.measured for body in bodies]
         solids = [body.topology.solids for body in bodies]
-        properties = validation_properties(data, scene, model, measured, solids, _diagonal(bodies, model))
+        properties = validation_properties(data, scene, model, measured, solids, _diagonal(store))
     return Inspection(
         name=name,
         format=report.format,
@@ -84,7 +91,7 @@ def inspect_scene(read: ReadScene, report: Report, *, name: str, data: bytes = b
         prototypes=prototypes,
         faults=tuple(faults),
         edges=edges_of({f.name: [getattr(row, f.name) for row in rows] for f in fields(EdgeFacts)}),
-        face_areas=_areas(bodies),
+        face_areas=np.concatenate([body.measured.face_areas for body in bodies]),
         layers=_layers(scene, walks),
         report=report.as_dict(),
         seconds=report.as_dict()["seconds"],
@@ -111,8 +118,7 @@ def _layers(scene: Scene, walks: list[Walk]) -> dict[str, dict[str, list[int]]]:
     return {name: {kind: sorted(ids) for kind, ids in sets.items()} for name, sets in sorted(found.items())}
 
 
-def _part(walk: Walk) -> _Part:
-    measured = inspect_mass.measure(walk)
+def _part(walk: Walk, measured: Measured) -> _Part:
     return _Part(walk, measured, counts(walk, len(measured.inside_out)))
 
 
@@ -139,16 +145,8 @@ def _face_range(walks: list[Walk], index: int) -> tuple[int, int]:
     return first, first + len(walks[index].faces)
 
 
-def _areas(parts: list[_Part]) -> npt.NDArray[np.float64]:
-    return np.array([area for part in parts for area in part.measured.face_areas], dtype=np.float64)
-
-
-def _diagonal(parts: list[_Part], model: BrepModel) -> float:
-    """Roughly, of the whole model."""
-    corners = []
-    for part, placement in zip(model.instance_prototypes.tolist(), model.instance_placements, strict=True):
-        matrix = placement.reshape(3, 4)
-        box = np.array(inspect_mass.rough_bounds(parts[part].walk.shape))
-        for pick in np.ndindex(2, 2, 2):
-            corners.append(matrix[:, :3] @ box[pick, (0, 1, 2)] + matrix[:, 3])
-    return float(np.linalg.norm(np.ptp(np.array(corners), axis=0)))
+def _diagonal(store: _core.Store) -> float:
+    """Of the whole model; 0 where nothing can be drawn."""
+    low, high = store.extent()[0]
+    diagonal = float(np.linalg.norm(high - low))
+    return diagonal if math.isfinite(diagonal) else 0.0

@@ -115,10 +115,13 @@ def _sum(a: Any, b: Any) -> Any:
 class Mass:
     """Mass properties at density 1.
 
+    Integrated by trimray over the exact surfaces, trimmed by their p-curves, as ``Model.mass_properties``.
     volume, centroid and inertia are of the closed shells; centroid and inertia are None without any. The
     inertia is about the centroid, as the 9 numbers of a 3x3 matrix. area is of all faces.
-    volume_error, area_error: bounds of the integration's own error. volume_noise, area_noise: what the
-    distances of the p-curves from their edges can amount to: the shape itself is not known any better.
+    volume_error, area_error: the integration's own error. volume_noise, area_noise: what the distances of
+    the p-curves from their edges can amount to: the shape itself is not known any better.
+    left_out: numbers of the faces that are in none of it since they cannot be drawn, nor are their shells
+    in the volume.
     Tight bounds are ``Model.bounds``.
     """
 
@@ -130,7 +133,7 @@ class Mass:
     area_noise: float = 0.0
     centroid: tuple[float, ...] | None = None
     inertia: tuple[float, ...] | None = None
-    area_centroid: tuple[float, ...] | None = None
+    left_out: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,7 @@ class Inspection:
 
     entities: how many records of each type stand in the file's text (STEP: by name, IGES: by type number).
     layers: name of a layer -> numbers of the "faces" and "instances" on it, as in ``Model.layers``.
-    report: of the importer. face_areas: (faces,) mm^2, by face number.
+    report: of the importer. face_areas: (faces,) mm^2, by face number; nan for faces that cannot be drawn.
     """
 
     name: str

@@ -1,5 +1,5 @@
-"""Reads a file of triangles (STL, OBJ, PLY, OFF), in the process that calls it (the child). The one module of
-the importer that knows the native core; it does not need OpenCascade."""
+"""Reads a file of triangles (STL, OBJ, PLY, OFF), in the process that calls it (the child). It
+needs the native core, and no OpenCascade."""
 
 from pathlib import Path
 

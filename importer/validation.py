@@ -135,7 +135,9 @@ def _beside(found: Declared, target: Target, diagonal: float, why: str) -> Valid
     reason = target.reason or (why if why == _BLANK or target.prototype < 0 else "")
     if target.mass is not None:
         measured = getattr(target.mass, found.quantity)
-        if found.quantity != "area" and target.mass.centroid is None:
+        if target.mass.left_out:
+            measured, reason = None, "some of its faces cannot be drawn, and are not measured"
+        elif found.quantity != "area" and target.mass.centroid is None:
             measured, reason = None, "nothing in it is closed"
     difference: float | None = None
     if isinstance(measured, tuple) and why != _BLANK and isinstance(found.value, tuple):

@@ -188,13 +188,13 @@ def test_only_one_file_knows_dask() -> None:
     assert knowing == ["batch/cluster.py"]
 
 
-def test_of_the_importer_only_the_reader_of_triangles_knows_the_core() -> None:
+def test_of_the_importer_only_a_few_files_know_the_core() -> None:
     knowing = [
         path.name
         for path in sorted((ROOT / "importer").rglob("*.py"))
         if any(name.startswith("trimray._core") for name in _imports(path, "trimray.importer"))
     ]
-    assert knowing == ["read_triangles.py"]
+    assert knowing == ["build_store.py", "inspect_mass.py", "inspect_scene.py", "read_triangles.py"]
 
 
 def test_the_command_line_uses_the_public_package_only() -> None:

@@ -17,6 +17,13 @@ Out<double> copied(const std::vector<double>& values) {
   return array(std::move(own), {values.size()});
 }
 
+Out<double> rows(const mass::MassProperties& m, mass::Integrals mass::FaceIntegrals::*which) {
+  std::vector<double> values;
+  for (const mass::FaceIntegrals& f : m.faces)
+    values.insert(values.end(), (f.*which).begin(), (f.*which).end());
+  return array(std::move(values), {m.faces.size(), mass::kIntegrals});
+}
+
 nb::typed<nb::dict, nb::str, nb::any> measure_mass(const nurbs::NurbsStore& store, int threads) {
   mass::MassProperties m;
   {
@@ -34,7 +41,11 @@ nb::typed<nb::dict, nb::str, nb::any> measure_mass(const nurbs::NurbsStore& stor
   d["volume"] = Pair(m.moments.volume, m.moments.volume_error);
   d["centroid"] = array(std::move(centroid), {3}), d["centroid_error"] = body.centroid_error;
   d["inertia"] = array(std::move(inertia), {3, 3}), d["inertia_error"] = body.inertia_error;
-  d["face_areas"] = copied(m.face_area), d["face_area_errors"] = copied(m.face_area_error);
+  d["face_integrals"] = rows(m, &mass::FaceIntegrals::value);
+  d["face_integral_errors"] = rows(m, &mass::FaceIntegrals::error);
+  std::vector<double> origins;
+  for (const dvec3& o : m.origins) origins.insert(origins.end(), {o.x, o.y, o.z});
+  d["origins"] = array(std::move(origins), {m.origins.size(), 3});
   d["shell_volumes"] = copied(m.shell_volume), d["shell_volume_errors"] = copied(m.shell_volume_error);
   const std::size_t left = m.left_out.size();
   d["left_out"] = array(std::move(m.left_out), {left});
@@ -47,7 +58,10 @@ void bind_mass(nb::module_& m) {
   m.def(
       "measure_mass", &measure_mass, nb::arg("store"), nb::arg("threads") = 0,
       "area, volume, each with its error; centroid, inertia about it, centroid_error, inertia_error; "
-      "face_areas, shell_volumes, in their prototypes, with their errors; left_out: faces without an area.");
+      "shell_volumes, in their prototypes, with their errors; face_integrals, face_integral_errors (n, 11), "
+      "in their prototypes, NaN for faces that cannot be drawn, about origins (p, 3): area; by the "
+      "divergence "
+      "theorem volume, x, y, z, xx, xy, xz, yy, yz, zz; left_out: faces without an area.");
 }
 
 }  // namespace trimray::bind

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "core/base/parallel.h"
-#include "core/mass/face_integrals.h"
 
 namespace trimray::mass {
 namespace {
@@ -51,6 +50,12 @@ FaceIntegrals integrate(const NurbsStore& store, std::int32_t f, const dmat3* co
                         : integrate_face(store, f, base.origin, base.reach, cofactor);
 }
 
+const FaceIntegrals kNoIntegrals = [] {
+  FaceIntegrals none;
+  none.value.fill(kNaN), none.error.fill(kNaN);
+  return none;
+}();
+
 bool is_measured(const nurbs::Face& face) { return face.status == nurbs::FaceStatus::kOk; }
 
 // A face whose area the placement of an instance changes by no single factor.
@@ -76,20 +81,14 @@ double scale_of(const dmat3& m) {
 
 MassProperties measure_mass(const NurbsStore& store, int threads) {
   const std::size_t count = store.faces.size();
-  std::vector<FaceIntegrals> faces(count);
+  MassProperties r;
+  r.faces.resize(count, kNoIntegrals);
   parallel_ranges(count, 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f)
-      if (is_measured(store.faces[f])) faces[f] = integrate(store, static_cast<std::int32_t>(f));
+      if (is_measured(store.faces[f])) r.faces[f] = integrate(store, static_cast<std::int32_t>(f));
   });
-
-  MassProperties r;
-  r.face_area.resize(count, kNaN), r.face_area_error.resize(count, kNaN);
-  for (std::size_t f = 0; f < count; ++f) {
-    if (is_measured(store.faces[f]))
-      r.face_area[f] = faces[f].value[kArea], r.face_area_error[f] = faces[f].error[kArea];
-    else
-      r.left_out.push_back(static_cast<std::int32_t>(f));
-  }
+  for (std::size_t f = 0; f < count; ++f)
+    if (!is_measured(store.faces[f])) r.left_out.push_back(static_cast<std::int32_t>(f));
 
   // Shells, then prototypes.
   r.shell_volume.resize(store.shells.size(), kNaN), r.shell_volume_error.resize(store.shells.size(), kNaN);
@@ -103,12 +102,13 @@ MassProperties measure_mass(const NurbsStore& store, int threads) {
       if (!store.shells[s].closed || !std::all_of(first, last, is_measured)) continue;
       Sum volume, volume_error;
       for (std::int32_t f = range.begin; f < range.end; ++f) {
-        value.add(faces[f].value), error.add(faces[f].error);
-        volume.add(faces[f].value[kVolume]), volume_error.add(faces[f].error[kVolume]);
+        value.add(r.faces[f].value), error.add(r.faces[f].error);
+        volume.add(r.faces[f].value[kVolume]), volume_error.add(r.faces[f].error[kVolume]);
       }
       r.shell_volume[s] = volume.value(), r.shell_volume_error[s] = volume_error.value();
     }
-    bodies[p] = moments_of(value.value(), error.value(), base_of(part).origin);
+    r.origins.push_back(base_of(part).origin);
+    bodies[p] = moments_of(value.value(), error.value(), r.origins.back());
   }
 
   // Instances: areas by one factor where there is one.
@@ -121,7 +121,7 @@ MassProperties measure_mass(const NurbsStore& store, int threads) {
     for (std::int32_t f = range.begin; f < range.end; ++f) {
       if (!is_measured(store.faces[f])) continue;
       if (scale > 0.0)
-        area.add(factor * faces[f].value[kArea]), area_error.add(factor * faces[f].error[kArea]);
+        area.add(factor * r.faces[f].value[kArea]), area_error.add(factor * r.faces[f].error[kArea]);
       else
         stretched.push_back({f, static_cast<std::int32_t>(i)});
     }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/mass/face_integrals.h"
 #include "core/mass/moments.h"
 #include "core/nurbs/store.h"
 
@@ -15,8 +16,9 @@ struct MassProperties {
   // out or bounds a cavity.
   double area = 0.0, area_error = 0.0;
   Moments moments;
-  // By face, in its prototype; NaN for faces that cannot be drawn.
-  std::vector<double> face_area, face_area_error;
+  // By face, in its prototype, about the prototype's origin; NaN for faces that cannot be drawn.
+  std::vector<FaceIntegrals> faces;
+  std::vector<dvec3> origins;  // by prototype
   // By shell, in its prototype; NaN for shells that are not closed.
   std::vector<double> shell_volume, shell_volume_error;
   // Faces without an area: they cannot be drawn. Their shells have no volume.

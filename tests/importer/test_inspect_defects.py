@@ -165,7 +165,7 @@ def test_a_fillet_is_smooth_where_it_ends() -> None:
     assert found.edges.angle[~flat].min() == pytest.approx(math.pi / 2)
     assert found.topology.faces_by_kind == {"cylinder": 1, "plane": 6}
     # Rounding an edge of length 30 with radius 2 takes away (4 - pi) r^2 / 4 of its section.
-    assert found.mass.volume == pytest.approx(6000.0 - (1 - math.pi / 4) * 4.0 * 30.0, rel=1e-10)
+    assert found.mass.volume == pytest.approx(6000.0 - (1 - math.pi / 4) * 4.0 * 30.0, rel=1e-13)
 
 
 def test_a_sharp_edge_that_claims_to_be_smooth_is_told_by_its_angle() -> None:
@@ -218,6 +218,21 @@ def test_face_numbers_are_those_of_the_model() -> None:
     assert found.face_areas[[0, 1, 2, 9]] == pytest.approx([expected[i] for i in (0, 1, 2, 9)])
     assert found.topology.lone_faces == 1
     assert {number for fault in _of_kind(found, "free edge") for number in fault.faces} == {9}
+
+
+def test_a_face_that_cannot_be_drawn_is_left_out() -> None:
+    """And the volume of its shell; other shells have theirs."""
+    broken = make.cylinder()
+    side = TopoDS.Face_s(make.faces(broken)[0])
+    circle = next(TopoDS.Edge_s(e) for e in _edges(side) if not BRep_Tool.IsClosed_s(TopoDS.Edge_s(e), side))
+    far = BRep_Tool.CurveOnSurface_s(circle, side, 0.0, 0.0).Translated(gp_Vec2d(0.0, 1e6))
+    BRep_Builder().UpdateEdge(circle, far, side, 1e-7)
+    found = trimray.inspect(compound_of([make.box(), broken]))
+    assert found.mass.left_out == (6,)
+    assert np.flatnonzero(np.isnan(found.face_areas)).tolist() == [6]
+    assert found.mass.volume == pytest.approx(6000.0, rel=1e-13)
+    assert found.mass.area == pytest.approx(2200.0 + 50 * math.pi, rel=1e-13)
+    assert found.topology.inside_out_shells == 0
 
 
 def test_an_edge_without_a_curve_in_space_is_named() -> None:

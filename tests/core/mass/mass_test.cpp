@@ -138,7 +138,7 @@ TEST(Mass, InstancesMayBeMirroredScaledAndStretched) {
   const double e = std::sqrt(0.75), spheroid = 2.0 * kPi * (1.0 + 2.0 / e * std::asin(e));
   expect_near(m.area, m.area_error, spheroid + 4.0 * kPi);
   expect_near(m.moments.volume, m.moments.volume_error, 4.0 * kPi);
-  EXPECT_NEAR(m.face_area[0], 4.0 * kPi, 1e-13);
+  EXPECT_NEAR(m.faces[0].value[kArea], 4.0 * kPi, 1e-13);
 }
 
 TEST(Mass, TrianglesAreExact) {
@@ -254,7 +254,7 @@ TEST(Mass, NumberOfThreadsChangesNoBit) {
   EXPECT_EQ(a.area_error, b.area_error);
   EXPECT_EQ(a.moments.volume, b.moments.volume);
   EXPECT_EQ(a.moments.second, b.moments.second);
-  EXPECT_EQ(a.face_area, b.face_area);
+  for (std::size_t f = 0; f < a.faces.size(); ++f) EXPECT_EQ(a.faces[f].value, b.faces[f].value);
 }
 
 TEST(Mass, FacesThatCannotBeDrawnAreNamed) {
@@ -263,7 +263,7 @@ TEST(Mass, FacesThatCannotBeDrawnAreNamed) {
   store.faces[1].status = nurbs::FaceStatus::kBadTrim;
   const MassProperties m = measure_mass(store);
   EXPECT_EQ(m.left_out, std::vector<std::int32_t>{1});
-  EXPECT_TRUE(std::isnan(m.face_area[1]));
+  EXPECT_TRUE(std::isnan(m.faces[1].value[kArea]));
   EXPECT_TRUE(std::isnan(m.shell_volume[1]));
   expect_near(m.area, m.area_error, 4.0 * kPi);
   expect_near(m.moments.volume, m.moments.volume_error, 4.0 / 3.0 * kPi);
