@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from OCP.BRepGProp import BRepGProp
 from OCP.gp import gp_Pnt
-from OCP.GProp import GProp_GProps
 from OCP.TDF import TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum
@@ -18,24 +16,24 @@ from OCP.XCAFDoc import (
     XCAFDoc_Volume,
 )
 
-_PRECISION = 1e-9  # relative, of the integration
+from ..importer.inspect_mass import measure_shape
 
 
 def add_properties(document: TDocStd_Document) -> None:
-    """Of every part that is made of solids; a volume means nothing for others."""
+    """Of every part that is made of solids; a volume means nothing for others. Parts that cannot be measured
+    have none."""
     labels = TDF_LabelSequence()
     XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetShapes(labels)
     for label in labels:
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
         if not XCAFDoc_ShapeTool.IsSimpleShape_s(label) or not _only_solids(shape):
             continue
-        volume, area = GProp_GProps(), GProp_GProps()
-        BRepGProp.VolumeProperties_s(shape, volume, _PRECISION, False, False)
-        BRepGProp.SurfaceProperties_s(shape, area, _PRECISION, False)
-        XCAFDoc_Volume.Set_s(label, volume.Mass())
-        XCAFDoc_Area.Set_s(label, area.Mass())
-        centre = volume.CentreOfMass()
-        XCAFDoc_Centroid.Set_s(label, gp_Pnt(centre.X(), centre.Y(), centre.Z()))
+        mass = measure_shape(shape)
+        if mass.left_out or mass.centroid is None:
+            continue
+        XCAFDoc_Volume.Set_s(label, mass.volume)
+        XCAFDoc_Area.Set_s(label, mass.area)
+        XCAFDoc_Centroid.Set_s(label, gp_Pnt(*mass.centroid))
 
 
 def _only_solids(shape: TopoDS_Shape) -> bool:

@@ -71,8 +71,8 @@ def write(
         build123d or OCP shape; or a Store, whose B-rep is made anew from its arrays alone.
     target: where the file goes; None: its bytes are in the answer.
     via: the format. schema: of STEP alone. name: what messages call the source.
-    properties: let STEP files say the volume, area and centroid of parts made of solids, integrated to 1e-9,
-        which takes its time on parts of many splines.
+    properties: let STEP files say the volume, area and centroid of parts made of solids, as
+        ``inspect`` measures them.
     heal, precision, time_limit (s), memory_limit (bytes), progress, start: as in importer.read_model.
     Raises UsageError, InputError, EmptyError, OutputError, TimeLimitError, MemoryLimitError.
     """

@@ -4,10 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from OCP.TopoDS import TopoDS_Shape
 
 from .. import _core
-from .inspect_shape import Walk
+from .build_store import build_store
+from .extract import build_model
+from .inspect_shape import Walk, walk_prototype
 from .inspection import Mass
+from .report import Report
+from .shapes import scene_of_shape
 
 Array = npt.NDArray[np.float64]
 
@@ -35,6 +40,14 @@ def measure(store: _core.Store, walks: list[Walk]) -> list[Measured]:
     found = _core.measure_mass(store)
     values, errors = found["face_integrals"], found["face_integral_errors"]
     return [_part(walk, values, errors, origin) for walk, origin in zip(walks, found["origins"], strict=True)]
+
+
+def measure_shape(shape: TopoDS_Shape) -> Mass:
+    """Of one shape, where it stands."""
+    scene = scene_of_shape(shape)
+    model = build_model(scene, Report(), unit="mm", unit_mm=1.0, source={})
+    parts = measure(build_store(model), [walk_prototype(scene.parts[0].shape, 0)])
+    return whole(parts, model.instance_prototypes.tolist(), model.instance_placements)
 
 
 def _part(walk: Walk, values: Array, errors: Array, origin: Array) -> Measured:
