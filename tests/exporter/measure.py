@@ -17,19 +17,10 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shape
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from trimray import _core
 from trimray.exporter.topology import PrototypeBuilder
 from trimray.importer import BrepModel
 
 KINDS = ("COMPSOLID", "SOLID", "SHELL", "FACE", "WIRE", "EDGE", "VERTEX")
-
-
-def store_of(model: BrepModel) -> _core.Store:
-    m = model
-    return _core.Store.build(
-        m.brep, m.prototype_shapes, m.prototype_colors, m.face_color_shapes, m.face_colors,
-        m.instance_prototypes, m.instance_placements, m.instance_colors, m.meta_json(),
-    )  # fmt: skip
 
 
 def sources_of(model: BrepModel) -> list[TopoDS_Shape]:

@@ -9,8 +9,9 @@ from trimray.exporter import write
 from trimray.exporter.files import write_file
 from trimray.exporter.from_store import build_parts, rebuild
 from trimray.importer import occt
+from trimray.importer.build_store import build_store
 
-from .measure import counts, deviation, sources_of, store_of
+from .measure import counts, deviation, sources_of
 from .measure import plain_area as area
 
 MODELS = [
@@ -26,13 +27,13 @@ MODELS = [
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_goes_through_the_store_to_step_and_back(read_here, models_dir, tmp_path, name):
     before = read_here(models_dir / name)
-    store = store_of(before)
+    store = build_store(before)
     occt.initialize()
     write_file(
         rebuild(store.arrays(), store.meta), str(tmp_path / "out.step"), "step", "ap242", faithful=True
     )
     after = read_here(tmp_path / "out.step")
-    again = store_of(after)
+    again = build_store(after)
     assert again.face_kinds() == store.face_kinds()
     assert [n.name for n in after.tree] == [n.name for n in before.tree]
     assert np.allclose(after.instance_placements, before.instance_placements, atol=1e-10)

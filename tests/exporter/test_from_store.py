@@ -14,8 +14,9 @@ from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt
 import trimray
 from trimray.exporter.files import write_file
 from trimray.exporter.from_store import build_parts, rebuild
+from trimray.importer.build_store import build_store
 
-from .measure import counts, deviation, is_valid, sources_of, store_of, volume_and_area
+from .measure import counts, deviation, is_valid, sources_of, volume_and_area
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 FILES = sorted(
@@ -28,7 +29,7 @@ FILES = sorted(
 @pytest.mark.parametrize("name", FILES)
 def test_a_sample_comes_back_from_its_store(read_here, name):
     model = read_here(SAMPLES / name)
-    arrays = store_of(model).arrays()
+    arrays = build_store(model).arrays()
     parts, sources = build_parts(arrays), sources_of(model)
     assert [issue for part in parts for issue in part.issues] == []
     for part, source in zip(parts, sources, strict=True):
@@ -43,11 +44,11 @@ def test_a_sample_comes_back_from_its_store(read_here, name):
 @pytest.mark.parametrize("name", ["bracket.step", "torture/hole_touches_seam.step", "torture/pole_cut.step"])
 def test_opencascades_own_format_loses_nothing(read_here, tmp_path, name):
     """What STEP files lose is STEP's loss: here even edges that no reader would make again come back."""
-    store = store_of(read_here(SAMPLES / name))
+    store = build_store(read_here(SAMPLES / name))
     arrays = store.arrays()
     write_file(rebuild(arrays, store.meta), str(tmp_path / "out.brep"), "brep", "ap242")
     model = read_here(tmp_path / "out.brep")
-    again = store_of(model).arrays()
+    again = build_store(model).arrays()
     for array in ("faces", "loops", "coedges", "edges", "vertices", "shells"):
         assert len(again[array]) == len(arrays[array])
     for field in ("kind", "basis", "r1", "r2", "semi_angle"):

@@ -15,8 +15,7 @@ from trimray.exporter.files import write_file
 from trimray.exporter.from_store import build_parts, rebuild
 from trimray.fidelity import compare
 from trimray.hierarchy import Hierarchy
-
-from .measure import store_of
+from trimray.importer.build_store import build_store
 
 Layers = dict[str, dict[str, list[int]]]
 
@@ -34,12 +33,12 @@ def there_and_back(
         nothing: dict[str, list[int]] = {"prototypes": [], "instances": [], "shapes": []}
         read = read_here(samples_dir / "assembly.step")
         read.layers.update({name: nothing | on for name, on in layers.items()})
-        store = store_of(read)
+        store = build_store(read)
         again = tmp_path / "assembly.step"
         write_file(rebuild(store.arrays(), store.meta), str(again), "step", "ap242")
         one, other = (
             trimray.Model(Hierarchy(it), seconds={}, source="assembly.step")
-            for it in (store, store_of(read_here(again)))
+            for it in (store, build_store(read_here(again)))
         )
         return one, other
 

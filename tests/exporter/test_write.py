@@ -12,8 +12,7 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 import trimray.exporter
 from trimray import _core, inspect
 from trimray.importer import InputError, OutputError, TimeLimitError, UsageError, shapes
-
-from .measure import store_of
+from trimray.importer.build_store import build_store
 
 # This process has OpenCascade already: its copies need not load it.
 write = partial(trimray.exporter.write, start="fork")
@@ -24,7 +23,7 @@ SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 def outline(model):
     """What a model holds, apart from its geometry."""
     return (
-        store_of(model).face_kinds(),
+        build_store(model).face_kinds(),
         [(node.name, node.parent, node.prototype, node.placement) for node in model.tree],
         model.prototype_names,
         model.prototype_colors.tolist(),
@@ -34,7 +33,7 @@ def outline(model):
 
 def test_an_assembly_goes_through_the_store_to_step_and_back(read_here, tmp_path):
     before = read_here(SAMPLES / "assembly.step")
-    written = write(store_of(before), tmp_path / "out.step", via="step")
+    written = write(build_store(before), tmp_path / "out.step", via="step")
     assert written.issues == () and written.data is None
     assert written.size == (tmp_path / "out.step").stat().st_size
     assert outline(read_here(tmp_path / "out.step")) == outline(before)
@@ -43,11 +42,11 @@ def test_an_assembly_goes_through_the_store_to_step_and_back(read_here, tmp_path
 @pytest.mark.parametrize("via", ["step", "iges", "brep"])
 def test_every_format_holds_the_faces_of_a_store(read_here, tmp_path, via):
     before = read_here(SAMPLES / "torture" / "cylinder.step")
-    written = write(store_of(before), via=via)
+    written = write(build_store(before), via=via)
     assert written.path is None
     path = tmp_path / f"out.{via}"
     path.write_bytes(written.data)
-    assert store_of(read_here(path)).face_kinds() == ["cylinder", "plane", "plane"]
+    assert build_store(read_here(path)).face_kinds() == ["cylinder", "plane", "plane"]
 
 
 @pytest.mark.parametrize(
@@ -62,7 +61,7 @@ def test_the_schema_is_the_one_asked_for(schema, said):
 def test_a_shape_and_a_file_are_written_too(read_here, tmp_path):
     write(BRepPrimAPI_MakeCylinder(2.0, 5.0).Shape(), tmp_path / "a.brep", via="brep")
     write(tmp_path / "a.brep", tmp_path / "b.step")
-    kinds = sorted(store_of(read_here(tmp_path / "b.step")).face_kinds())
+    kinds = sorted(build_store(read_here(tmp_path / "b.step")).face_kinds())
     assert kinds == ["cylinder", "plane", "plane"]
 
 
@@ -127,13 +126,13 @@ def test_faces_of_triangles_go_through_brep(read_here, tmp_path):
     colors = np.array([[0.5, 0.25, 0.75, 1.0]], dtype=np.float32)
     store = _core.Store.from_triangles(points, sides, np.array([4], dtype=np.int32), colors, "{}")
     write(store, tmp_path / "out.brep", via="brep")
-    arrays = store_of(read_here(tmp_path / "out.brep")).arrays()
+    arrays = build_store(read_here(tmp_path / "out.brep")).arrays()
     assert np.array_equal(arrays["mesh_vertices"], points)
     assert np.array_equal(arrays["mesh_triangles"], sides)
 
 
 def test_arrays_share_the_memory_of_their_store_and_cannot_be_written(read_here):
-    arrays = store_of(read_here(SAMPLES / "torture" / "cylinder.step")).arrays()
+    arrays = build_store(read_here(SAMPLES / "torture" / "cylinder.step")).arrays()
     assert arrays["surfaces"]["r1"].max() > 0.0  # the store lives on in its arrays
     filled = [array for array in arrays.values() if array.size]
     assert len(filled) >= 12
