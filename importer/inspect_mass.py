@@ -39,7 +39,12 @@ def measure(store: _core.Store, walks: list[Walk]) -> list[Measured]:
     """Of every prototype, in its own coordinates. store: of the shapes that were walked."""
     found = _core.measure_mass(store)
     values, errors = found["face_integrals"], found["face_integral_errors"]
-    return [_part(walk, values, errors, origin) for walk, origin in zip(walks, found["origins"], strict=True)]
+    shells = store.arrays()["shells"]
+    closed = set(shells["faces"][shells["closed"] != 0, 0].tolist())
+    return [
+        _part(walk, values, errors, origin, closed)
+        for walk, origin in zip(walks, found["origins"], strict=True)
+    ]
 
 
 def measure_shape(shape: TopoDS_Shape) -> Mass:
@@ -50,8 +55,9 @@ def measure_shape(shape: TopoDS_Shape) -> Mass:
     return whole(parts, model.instance_prototypes.tolist(), model.instance_placements)
 
 
-def _part(walk: Walk, values: Array, errors: Array, origin: Array) -> Measured:
-    """values, errors: (n, 11) of all faces, as _core.measure_mass gives them."""
+def _part(walk: Walk, values: Array, errors: Array, origin: Array, closed: set[int]) -> Measured:
+    """values, errors: (n, 11) of all faces, as _core.measure_mass gives them. closed: first faces of shells
+    that the store finds closed, of which the walk does not know those made of triangles."""
     numbers = np.array([use.number for use in walk.faces], dtype=np.intp)
     areas = values[numbers, 0]
     body, error = np.zeros(11), 0.0
@@ -59,7 +65,7 @@ def _part(walk: Walk, values: Array, errors: Array, origin: Array) -> Measured:
     several = {shell.solid for shell in walk.shells if shell.solid >= 0 and _count(walk, shell.solid) > 1}
     for index, shell in enumerate(walk.shells):
         faces = [use.number for use in shell.faces]
-        if not shell.closed or np.isnan(values[faces]).any():
+        if not (shell.closed or closed.intersection(faces[:1])) or np.isnan(values[faces]).any():
             continue
         integrals, off = values[faces].sum(axis=0), float(errors[faces, 1].sum())
         body, error = body + integrals, error + off

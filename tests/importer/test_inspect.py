@@ -6,6 +6,7 @@ import math
 import make
 import numpy as np
 import pytest
+from OCP.BRep import BRep_Builder
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeBox,
@@ -14,6 +15,8 @@ from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeTorus,
 )
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+from OCP.Poly import Poly_Triangle, Poly_Triangulation
+from OCP.TopoDS import TopoDS_Face, TopoDS_Shell
 
 import trimray
 from trimray.importer import UsageError
@@ -139,6 +142,23 @@ def test_instances_count_in_the_whole(tmp_path) -> None:
     assert counts["instances"] == (2, 2)
     assert found.entities["ADVANCED_FACE"] == 6
     assert json.loads(json.dumps(found.as_dict()))["mass"]["volume"] == found.mass.volume
+
+
+def test_a_shell_of_triangles_has_a_volume() -> None:
+    """A tetrahedron as one face without a surface, as tessellated files have them."""
+    mesh = Poly_Triangulation(4, 4, False)
+    for i, corner in enumerate([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], 1):
+        mesh.SetNode(i, gp_Pnt(*corner))
+    for i, side in enumerate([(1, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4)], 1):
+        mesh.SetTriangle(i, Poly_Triangle(*side))
+    builder, face, shell = BRep_Builder(), TopoDS_Face(), TopoDS_Shell()
+    builder.MakeFace(face, mesh)
+    builder.MakeShell(shell)
+    builder.Add(shell, face)
+    mass = trimray.inspect(shell).mass
+    assert mass.volume == pytest.approx(1 / 6, rel=1e-14)
+    assert mass.area == pytest.approx(1.5 + math.sqrt(0.75), rel=1e-14)
+    assert mass.centroid == pytest.approx((0.25, 0.25, 0.25), rel=1e-14)
 
 
 def test_triangles_have_nothing_to_inspect(tmp_path) -> None:
