@@ -18,7 +18,7 @@ from OCP.TDF import TDF_Label
 from OCP.XCAFDoc import XCAFDoc_Area, XCAFDoc_Centroid, XCAFDoc_DocumentTool, XCAFDoc_Volume
 
 import trimray
-from trimray.importer import TimeLimitError
+from trimray.importer import TimeLimitError, inspect_mass
 from trimray.importer.input_file import open_input
 from trimray.importer.inspect_child import inspect_file
 from trimray.importer.inspection import Inspection
@@ -95,6 +95,23 @@ def test_validation_properties_that_do_not_hold_are_seen(tmp_path, inspect_here)
     assert found["volume"].relative == pytest.approx(1e-3 / 1.001, rel=1e-6)
     assert found["area"].relative < 1e-12
     assert found["centroid"].relative == pytest.approx(1.0 / math.sqrt(10**2 + 10**2 + 12**2), rel=1e-3)
+
+
+def test_properties_of_what_cannot_be_drawn_are_not_compared(tmp_path, inspect_here, monkeypatch) -> None:
+    measure = inspect_mass._core.measure_mass
+
+    def without_the_first(store: object) -> dict[str, np.ndarray]:
+        found = measure(store)
+        lost = np.arange(len(found["face_integrals"]))[:, None] == 0
+        return found | {"face_integrals": np.where(lost, np.nan, found["face_integrals"])}
+
+    monkeypatch.setattr(inspect_mass._core, "measure_mass", without_the_first)
+    document = make.Document()
+    _declare(document.part(make.box(), "box"), 6000.0, 2200.0, (5.0, 10.0, 15.0))
+    found = inspect_here(_write(document, tmp_path / "box.step"))
+    assert found.mass.left_out == (0,) and found.mass.volume == 0.0
+    assert [(p.relative, p.measured) for p in found.properties] == [(None, None)] * 3
+    assert all("cannot be drawn" in p.reason for p in found.properties)
 
 
 def test_blank_properties_are_not_compared(tmp_path, inspect_here) -> None:
