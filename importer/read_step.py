@@ -4,10 +4,14 @@ import os
 from pathlib import Path
 from typing import Any
 
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.STEPControl import STEPControl_Reader
+
 from . import occt, xcaf
 from .errors import InputError
 from .report import Report
 from .scene import Scene
+from .sphere_seams import clear_seams
 from .step_document import file_unit, open_step
 from .step_report import StepAudit
 from .step_text import StepText
@@ -69,5 +73,24 @@ def _external_texts(folder: Path, text: StepText, report: Report) -> list[StepTe
             report.add(reference, "external reference", f"cannot be read: {error.strerror or error}")
             continue
         found[reference] = inner
+        _report_seams(str(path), reference, inner, report)
         queue.extend(inner.external_files)
     return list(found.values())
+
+
+def _report_seams(path: str, reference: str, text: StepText, report: Report) -> None:
+    """Warns of the faces of an external file that OpenCascade, which reads it itself, may take for the rest
+    of their sphere."""
+    if b"SPHERICAL_SURFACE" not in text.data:
+        return
+    reader = STEPControl_Reader()
+    if reader.ReadFile(path) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        return
+    faces = clear_seams(reader.WS().Model(), text)
+    if faces:
+        more = f" and {len(faces) - 8} more" if len(faces) > 8 else ""
+        reason = (
+            f"{', '.join(faces[:8])}{more}: the sphere's seam runs along an edge: in an assembly the rest "
+            "of the sphere may be drawn instead; the file by itself is drawn as it says"
+        )
+        report.add(reference, "ADVANCED_FACE", reason, "warning")

@@ -11,6 +11,7 @@ from OCP.TDocStd import TDocStd_Document
 from . import occt, units
 from .errors import InputError
 from .report import Report
+from .sphere_seams import clear_seams
 from .step_text import StepText
 
 # Seconds for a file with coordinates that are not numbers.
@@ -41,6 +42,8 @@ def open_step(
         getattr(reader, f"Set{mode}Mode")(mode in modes)
     with report.stage("parse"):
         status = reader.ReadFile(path)
+        if status == IFSelect_ReturnStatus.IFSelect_RetDone:
+            clear_seams(reader.ChangeReader().WS().Model(), text)
     if status != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise InputError(f"{name}: not a readable STEP file: {_parse_reason(reader)}")
     document = occt.transfer(reader, heal, report)

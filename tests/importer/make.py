@@ -1,5 +1,6 @@
 """Files for tests, written by OpenCascade."""
 
+import re
 from pathlib import Path
 
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
@@ -123,6 +124,23 @@ def step_file(path: Path, shape: TopoDS_Shape, *, unit: str = "MM") -> Path:
     document = Document()
     document.part(shape, "part")
     return document.write(path, unit=unit)
+
+
+def refer_to_file(path: Path, name: str) -> None:
+    """Lets the only part of a STEP file have a second shape, in another file."""
+    text = path.read_text()
+    (definition,) = re.findall(r"(#\d+) = PRODUCT_DEFINITION\(", text)
+    (shape,) = re.findall(r"= SHAPE_DEFINITION_REPRESENTATION\(#\d+,(#\d+)\)", text)
+    reference = f"""#9001 = DOCUMENT_FILE('{name}','',$,#9002,'',$);
+#9002 = DOCUMENT_TYPE('geometry');
+#9003 = APPLIED_DOCUMENT_REFERENCE(#9001,'',({definition}));
+#9004 = ROLE_ASSOCIATION(#9005,#9003);
+#9005 = OBJECT_ROLE('mandatory','');
+#9006 = PROPERTY_DEFINITION('external definition','',#9001);
+#9007 = PROPERTY_DEFINITION_REPRESENTATION(#9006,{shape});
+"""
+    head, end, tail = text.partition("ENDSEC;\nEND-ISO")
+    path.write_text(head + reference + end + tail)
 
 
 def iges_file(path: Path, shape: TopoDS_Shape, *, solids: bool = False, unit: str = "MM") -> Path:

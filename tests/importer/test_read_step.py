@@ -174,19 +174,7 @@ def test_external_files_are_found_from_a_relative_path(read_here, tmp_path, monk
     folder.mkdir()
     make.step_file(folder / "inner.step", make.box())
     path = make.step_file(folder / "outer.step", make.box())
-    text = path.read_text()
-    (definition,) = re.findall(r"(#\d+) = PRODUCT_DEFINITION\(", text)
-    (shape,) = re.findall(r"= SHAPE_DEFINITION_REPRESENTATION\(#\d+,(#\d+)\)", text)
-    reference = f"""#9001 = DOCUMENT_FILE('inner.step','',$,#9002,'',$);
-#9002 = DOCUMENT_TYPE('geometry');
-#9003 = APPLIED_DOCUMENT_REFERENCE(#9001,'',({definition}));
-#9004 = ROLE_ASSOCIATION(#9005,#9003);
-#9005 = OBJECT_ROLE('mandatory','');
-#9006 = PROPERTY_DEFINITION('external definition','',#9001);
-#9007 = PROPERTY_DEFINITION_REPRESENTATION(#9006,{shape});
-"""
-    head, end, tail = text.partition("ENDSEC;\nEND-ISO")
-    path.write_text(head + reference + end + tail)
+    make.refer_to_file(path, "inner.step")
     monkeypatch.chdir(tmp_path)
     absolute, relative = read_here(path), read_here("assembly/outer.step")
     assert absolute.report["issues"] == relative.report["issues"] == []
