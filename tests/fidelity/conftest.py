@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import trimray
-from trimray.fidelity import Comparison, compare
+from trimray.fidelity import Comparison, compare, running
+from trimray.fidelity.running import Running
 from trimray.importer import BrepModel
 
 
@@ -39,3 +40,14 @@ def sections(comparison: Comparison) -> set[str]:
 def named(comparison: Comparison, name: str) -> list[Any]:
     """The differences of one name."""
     return [finding for finding in comparison.differences() if finding.name == name]
+
+
+@pytest.fixture
+def test_folder(tmp_path: Path) -> Iterator[Running]:
+    """Stands for a test of somebody else, in a file of tmp_path/tests."""
+    folder = tmp_path / "tests"
+    folder.mkdir()
+    here = Running("tests/test_part.py::test_x", folder, tmp_path, tmp_path / running.FAILURES)
+    before = running.enter(here)
+    yield here
+    running.enter(before)

@@ -19,6 +19,7 @@ from trimray.fidelity.report_json import schema, to_json
 from trimray.fidelity.report_junit import to_junit
 from trimray.fidelity.report_text import to_text
 from trimray.fidelity.result import Result, exit_code_of
+from trimray.fidelity.running import Running
 from trimray.importer.occt import new_document
 from trimray.testing import assert_same_geometry
 
@@ -61,9 +62,10 @@ def test_all_reports_name_what_was_not_compared(undrawn: Side) -> None:
     assert first.get("type") == "not compared" and WHY in str(first.get("message"))
 
 
-def test_an_assertion_fails_on_it(undrawn: Side) -> None:
+def test_an_assertion_fails_on_it(undrawn: Side, test_folder: Running) -> None:
     with pytest.raises(AssertionError, match=r"2 of \d+ values not compared"):
         assert_same_geometry(undrawn, undrawn, size=(64, 64), views=["iso"])
+    assert len(test_folder.notes) == 1
 
 
 def test_layers_are_compared(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
@@ -32,17 +32,6 @@ SMALL: dict[str, Any] = {"views": ["iso"], "size": (64, 64), "points": 500}
 def part(radius: float = 4.0, moved: float = 0.0) -> cq.Workplane:
     """A plate of 40 x 30 x 10 mm with a bore. moved: mm, of its top face."""
     return cq.Workplane().box(40, 30, 10 + moved).faces(">Z").workplane().hole(2 * radius)
-
-
-@pytest.fixture
-def test_folder(tmp_path: Path) -> Iterator[Running]:
-    """Stands for a test of somebody else, in a file of tmp_path/tests."""
-    folder = tmp_path / "tests"
-    folder.mkdir()
-    here = Running("tests/test_part.py::test_x", folder, tmp_path, tmp_path / running.FAILURES)
-    before = running.enter(here)
-    yield here
-    running.enter(before)
 
 
 def message_of(call: Callable[[], None]) -> str:
