@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from OCP.BRep import BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-from OCP.GCPnts import GCPnts_AbscissaPoint
+from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_Shape
 from OCP.gp import gp_Pnt, gp_Vec
-from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
-from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Iterator
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopoDS import TopoDS_Edge
 
+from .edge_path import EdgePath, coordinates, path_of, vertices_of
 from .inspect_shape import CoEdge, Walk, edge_role, has_surface
 from .inspection import Fault
 
@@ -38,8 +38,6 @@ _SIMPSON = np.array([1.0, *[4.0, 2.0] * ((_SAMPLES - 3) // 2), 4.0, 1.0]) / (3.0
 _SHARP = 0.1
 # Of the largest |S_u x S_v| along an edge: below it, a normal is noise.
 _POLE = 1e-6
-# Steps towards the foot of a perpendicular.
-_FOOT_STEPS = 5
 # A step of the golden section.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -103,7 +101,7 @@ def _inspect_edge(
             Fault("non-manifold edge", f"faces use it {len(uses)} times{ways}", prototype, distinct, index)
         )
     images = [image for coedge in uses if (image := _image(coedge, surfaces)) is not None]
-    path = _path(edge, role == "degenerate")
+    path = path_of(edge, role == "degenerate")
     if path is None:
         if images:
             found.faults.append(
@@ -172,96 +170,9 @@ def _add_noise(
     found.volume_noise += abs(volume)
 
 
-def _fine_samples(path: "_Path") -> Array:
+def _fine_samples(path: EdgePath) -> Array:
     """Where a distance from the curve is measured at whatever parameter: it cannot be refined cheaply."""
     return np.linspace(path.first, path.last, 4 * (_SAMPLES - 1) + 1)
-
-
-class _Path:
-    """An edge in space. resolution: mm, the noise of evaluating it."""
-
-    def __init__(self, edge: TopoDS_Edge) -> None:
-        self.curve = BRepAdaptor_Curve(edge)
-        self.first, self.last = float(self.curve.FirstParameter()), float(self.curve.LastParameter())
-        self.same_parameter = BRep_Tool.SameParameter_s(edge)
-        start = self.point(self.first)
-        apart = math.dist(start, self.point(self.last))
-        self.closed = self.last > self.first and apart <= 2.0 * BRep_Tool.Tolerance_s(edge)
-        self.resolution = 1e-12 * max(1.0, float(np.abs(start).max()))
-
-    def point(self, t: float) -> tuple[float, ...]:
-        return _coordinates(self.curve.Value(t))
-
-    def sample(self, at: Array) -> tuple[Array, Array]:
-        """Points and derivatives by the parameter, (n, 3)."""
-        point, along = gp_Pnt(), gp_Vec()
-        points, tangents = [], []
-        for t in at.tolist():
-            self.curve.D1(t, point, along)
-            points.append(point.Coord())
-            tangents.append(along.Coord())
-        return np.array(points), np.array(tangents)
-
-    def length(self) -> float:
-        return float(GCPnts_AbscissaPoint.Length_s(self.curve))
-
-    def largest_distance(self, samples: Array, points: Array) -> float:
-        """Of points from the curve, at whatever parameter: samples say where to look for them first. Each
-        foot is searched by the Gauss-Newton method; a wrong one gives too much, never too little."""
-        worst = 0.0
-        near, along = gp_Pnt(), gp_Vec()
-        for t, goal in zip(samples.tolist(), points, strict=True):
-            best = math.inf
-            for _ in range(_FOOT_STEPS):
-                self.curve.D1(t, near, along)
-                apart, tangent = goal - _coordinates(near), np.array(_coordinates(along))
-                best = min(best, float(np.linalg.norm(apart)))
-                speed = float(tangent @ tangent)
-                if speed == 0.0:
-                    break
-                t = self._within(t + float(apart @ tangent) / speed)
-            worst = max(worst, best)
-        return worst
-
-    def _within(self, t: float) -> float:
-        """The nearest parameter of the edge; round a closed one."""
-        if self.closed and math.isfinite(t):
-            return self.first + (t - self.first) % (self.last - self.first)
-        return min(max(t, self.first), self.last)
-
-
-class _Point(_Path):
-    """A degenerate edge: its vertex is all there is of it."""
-
-    def __init__(self, edge: TopoDS_Edge, vertex: tuple[float, ...]) -> None:
-        self.vertex = vertex
-        self.first, self.last = edge_range(edge)
-        self.same_parameter = True
-        self.resolution = 1e-12 * max(1.0, max(abs(x) for x in vertex))
-
-    def point(self, t: float) -> tuple[float, ...]:
-        return self.vertex
-
-    def sample(self, at: Array) -> tuple[Array, Array]:
-        return np.tile(np.array(self.vertex), (len(at), 1)), np.zeros((len(at), 3))
-
-    def length(self) -> float:
-        return 0.0
-
-
-def _path(edge: TopoDS_Edge, degenerate: bool) -> _Path | None:
-    if degenerate:
-        ends = _vertices(edge)
-        return _Point(edge, _coordinates(BRep_Tool.Pnt_s(ends[0][1]))) if ends else None
-    if BRep_Tool.Curve_s(edge, 0.0, 0.0) is None:
-        return None
-    path = _Path(edge)
-    return path if math.isfinite(path.first) and math.isfinite(path.last) else None
-
-
-def edge_range(edge: TopoDS_Edge) -> tuple[float, float]:
-    first, last = BRep_Tool.Range_s(edge)
-    return float(first), float(last)
 
 
 class _Image:
@@ -275,7 +186,7 @@ class _Image:
         self._largest_cross = 0.0  # |S_u x S_v| at the samples so far
 
     def point(self, t: float) -> tuple[float, ...]:
-        return _coordinates(self.surface.Value(*self.curve.Value(t).Coord()))
+        return coordinates(self.surface.Value(*self.curve.Value(t).Coord()))
 
     def sample(self, at: Array) -> tuple[Array, Array]:
         """Points and unit normals, outwards, (n, 3); a normal is nan where the surface has none, or none but
@@ -309,12 +220,7 @@ def _image(coedge: CoEdge, surfaces: dict[int, BRepAdaptor_Surface]) -> _Image |
     return _Image(coedge, curve, surfaces[use.number])
 
 
-def _coordinates(triple: Any) -> tuple[float, float, float]:
-    found: tuple[float, float, float] = triple.Coord()
-    return found
-
-
-def _distance_of(image: _Image, path: _Path) -> Callable[[float], float]:
+def _distance_of(image: _Image, path: EdgePath) -> Callable[[float], float]:
     return lambda t: math.dist(image.point(t), path.point(t))
 
 
@@ -370,29 +276,13 @@ def _is_smooth(edge: TopoDS_Edge, uses: list[CoEdge]) -> bool:
     )
 
 
-def _vertices(edge: TopoDS_Edge) -> list[tuple[bool, object]]:
-    """(at the end, vertex) of the edge's ends."""
-    found = []
-    iterator = TopoDS_Iterator(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-    while iterator.More():
-        vertex = iterator.Value()
-        if vertex.ShapeType() == TopAbs_ShapeEnum.TopAbs_VERTEX and vertex.Orientation() in (
-            TopAbs_Orientation.TopAbs_FORWARD,
-            TopAbs_Orientation.TopAbs_REVERSED,
-        ):
-            at_end = vertex.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-            found.append((at_end, TopoDS.Vertex_s(vertex)))
-        iterator.Next()
-    return found
-
-
 def _vertices_off(
-    edge: TopoDS_Edge, path: _Path, prototype: int, faces: tuple[int, ...], index: int
+    edge: TopoDS_Edge, path: EdgePath, prototype: int, faces: tuple[int, ...], index: int
 ) -> list[Fault]:
     faults = []
-    for at_end, vertex in _vertices(edge):
+    for at_end, vertex in vertices_of(edge):
         end = path.point(path.last if at_end else path.first)
-        distance = math.dist(end, _coordinates(BRep_Tool.Pnt_s(vertex)))
+        distance = math.dist(end, coordinates(BRep_Tool.Pnt_s(vertex)))
         allowed = BRep_Tool.Tolerance_s(vertex)
         if distance > max(allowed, path.resolution):
             what = (
